@@ -1,0 +1,96 @@
+//! The table of codes.
+
+macro_rules! codes {
+    ($($code:ident $name:ident $title:literal,)*) => {
+        /// A stable code. Its number never changes meaning; its first digits say the stage:
+        /// 01 syntax, 02 names, 03 values, 04 fields, 05 scripts, 06 limits, 07 files, 08 warnings.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub enum Code {
+            $(#[doc = $title] $name,)*
+        }
+
+        impl Code {
+            /// All codes, in order.
+            pub const ALL: &[Code] = &[$(Code::$name,)*];
+
+            /// The code as people see it, `E0201`.
+            pub fn as_str(self) -> &'static str {
+                match self { $(Code::$name => stringify!($code),)* }
+            }
+
+            /// A short title.
+            pub fn title(self) -> &'static str {
+                match self { $(Code::$name => $title,)* }
+            }
+        }
+    };
+}
+
+codes! {
+    E0101 UnexpectedToken "unexpected token",
+    E0102 UnclosedBracket "bracket without its partner",
+    E0103 UnclosedText "string without its closing quote",
+    E0104 UnknownCharacter "character that is not part of the language",
+    E0105 ImplicitMultiplication "multiplication without `*`",
+    E0106 DoubleStar "`**` instead of `^`",
+    E0107 BadNumber "malformed number",
+    E0108 TooDeep "nesting too deep",
+    E0109 BadFormat "malformed format or escape in a string",
+    E0201 UnknownName "unknown name",
+    E0202 BoundTwice "name bound twice in one scope",
+    E0203 UnknownArgument "no argument of that name",
+    E0204 MissingArgument "argument missing",
+    E0205 TooManyArguments "too many arguments",
+    E0206 UnknownProperty "no property or function of that name",
+    E0207 NotAssignable "assignment to something that is not a `var`",
+    E0208 UnknownParameter "no parameter of that name",
+    E0209 WhichField "no field, or several, to choose from",
+    E0301 WrongKind "value of the wrong kind",
+    E0302 LengthsDiffer "lists of different lengths",
+    E0303 IndexOutOfRange "index out of range",
+    E0304 NotCallable "something that cannot be called",
+    E0305 NotACondition "condition that is neither true nor false",
+    E0306 BareInterval "interval where a list is needed",
+    E0307 OutsideRange "value outside its range",
+    E0308 EmptyList "empty list where an element is needed",
+    E0309 BadValue "value that makes no sense here",
+    E0310 NotConcrete "value that depends on a point or on parameters where a plain number is needed",
+    E0401 WrongDimension "point and field of different dimensions",
+    E0402 NoBounds "no bounding box",
+    E0403 NotAField "body that is not a field",
+    E0404 NotAVariable "derivative with respect to something that is not a parameter",
+    E0405 NoSurface "no zero in the box",
+    E0501 AssertionFailed "assertion failed",
+    E0601 RecursionLimit "recursion too deep",
+    E0602 NodeLimit "expression graph too large",
+    E0603 LengthLimit "list too long",
+    E0604 StepLimit "too many steps",
+    E0605 CellLimit "too many cells",
+    E0701 CannotRead "file that cannot be read",
+    E0702 NotText "file that is not UTF-8 text",
+    E0703 CannotWrite "file that cannot be written",
+    E0704 OutsideOutput "path outside the output directory",
+    E0705 UnknownFormat "unknown file format",
+    E0706 WrongFormat "format that cannot hold this value",
+    W0801 NanRegion "field is not a number in part of the box",
+    W0802 CutByBox "surface cut by the box",
+    W0803 DroppedPoints "points dropped",
+    W0804 PoorRoots "roots beyond the tolerance",
+}
+
+impl Code {
+    /// The program's exit code when this error ends it: 1 the script is wrong, 3 input or
+    /// output, 4 no surface found.
+    pub fn exit_code(self) -> u8 {
+        match self {
+            Code::CannotRead
+            | Code::NotText
+            | Code::CannotWrite
+            | Code::OutsideOutput
+            | Code::UnknownFormat
+            | Code::WrongFormat => 3,
+            Code::NoSurface => 4,
+            _ => 1,
+        }
+    }
+}

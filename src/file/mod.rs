@@ -1,0 +1,1 @@
+//! Files: one format a file, all written whole or not at all.

@@ -1,0 +1,18 @@
+//! Point samples.
+
+use glam::DVec3;
+
+/// Points on a zero set. The lists have one entry per point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Samples {
+    /// 1, 2 or 3; components beyond it are 0.
+    pub dimension: usize,
+    /// Where.
+    pub positions: Vec<DVec3>,
+    /// F_x / |F_x|; 0 where the gradient vanishes.
+    pub normals: Vec<DVec3>,
+    /// Distance to the nearest other point, halved: the disk that a point may claim.
+    pub radii: Vec<f64>,
+    /// |F| / |F_x|: the first-order distance from the zero set.
+    pub residuals: Vec<f64>,
+}

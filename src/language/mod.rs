@@ -1,0 +1,1 @@
+//! The language: from tree to values, graphs and what a script does.

@@ -1,0 +1,27 @@
+//! Imp: a small language for implicit geometry, and a fast, trustworthy program for it.
+//!
+//! The folders are the way through, in reading order: text becomes tokens and a tree
+//! ([`syntax`]), the tree is traced into one expression graph ([`language`], [`graph`]), the
+//! graph is differentiated and compiled to machine code ([`engine`]), samplers and polygonizers
+//! evaluate that code ([`sample`], [`polygonize`]) and what they make ([`geometry`]) goes to
+//! files ([`file`]). [`shell`] is the command line on top. `ARCHITECTURE.md` says who may use
+//! whom.
+
+pub mod diagnostic;
+pub mod syntax;
+
+pub mod graph;
+
+pub mod engine;
+
+pub mod geometry;
+
+pub mod sample;
+
+pub mod polygonize;
+
+pub mod file;
+
+pub mod language;
+
+pub mod shell;

@@ -1,0 +1,1 @@
+//! Polygonizers: curves, meshes and roots from a field.

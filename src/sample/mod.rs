@@ -1,0 +1,1 @@
+//! Samplers: points on the zero set.
