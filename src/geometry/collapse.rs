@@ -50,10 +50,8 @@ impl Mesh {
         for &vertex in self.triangles.as_flattened() {
             numbers[vertex as usize] = Some(0);
         }
-        let mut count = 0;
-        for number in numbers.iter_mut().flatten() {
+        for (number, count) in numbers.iter_mut().flatten().zip(0..) {
             *number = count;
-            count += 1;
         }
         retain_where(&mut self.positions, numbers.iter().map(Option::is_some));
         retain_where(&mut self.normals, numbers.iter().map(Option::is_some));
@@ -179,7 +177,8 @@ impl<'a> Collapse<'a> {
             [c, d] => {
                 let both_on_boundary = on_boundary(&around_a) && on_boundary(&around_b);
                 let tip = |end| self.star(end).any(|t| self.has(t, c) && self.has(t, d));
-                !both_on_boundary && !(tip(a) && tip(b))
+                let both_tips = tip(a) && tip(b);
+                !both_on_boundary && !both_tips
             }
             // On the boundary the same edge is cω: common if the triangle stands alone.
             [c] => !(around_a.contains(&(c, 1)) && around_b.contains(&(c, 1))),
