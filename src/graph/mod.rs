@@ -7,6 +7,8 @@
 //! interval rules are written in; [`print`] shows a graph as text.
 
 mod build;
+pub mod derive;
+pub mod interval;
 mod node;
 pub mod operation;
 mod simplify;

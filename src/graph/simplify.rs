@@ -14,7 +14,7 @@
 //! * any operation with a NaN operand: the result would no longer depend on its variables, and
 //!   their derivatives would be 0 beside a value that is NaN.
 
-use super::operation::value::is_integer_power;
+use super::operation::value::{is_integer_power, is_power_of_two};
 use super::{Graph, Node, NodeId, Op};
 
 /// A node that is always equal to the operation on these operands and simpler, if a rule knows
@@ -239,11 +239,6 @@ fn without_sign(graph: &Graph, id: NodeId) -> Option<NodeId> {
 /// 1/c where that is exact, so that dividing by c and multiplying by it round alike.
 fn exact_reciprocal(c: f64) -> Option<f64> {
     let reciprocal = 1.0 / c;
-    let is_exact = c.is_normal() && is_power_of_two(c) && reciprocal.is_finite();
+    let is_exact = is_power_of_two(c) && reciprocal.is_finite();
     is_exact.then_some(reciprocal)
-}
-
-/// Whether a normal number is a power of two or the opposite of one: no fraction bits.
-fn is_power_of_two(c: f64) -> bool {
-    c.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1) == 0
 }
