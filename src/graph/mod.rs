@@ -1,12 +1,20 @@
 //! The expression graph: what a field's body becomes.
 //!
 //! One hash-consed, immutable, topologically ordered list of nodes over coordinates x and
-//! parameters q. [`operation`] is the one table of operations; [`build`] makes nodes and
-//! simplifies exactly; [`derive`] differentiates by source transformation; [`interval`] is the
-//! arithmetic of guaranteed enclosures that the table's interval rules are written in.
+//! parameters q. [`operation`] is the one table of operations; `build`, `simplify` and `traverse`
+//! make the [`Graph`], simplify it exactly and walk over it; [`derive`] differentiates by source
+//! transformation; [`interval`] is the arithmetic of guaranteed enclosures that the table's
+//! interval rules are written in; [`print`] shows a graph as text.
 
+mod build;
+pub mod derive;
+pub mod interval;
 mod node;
 pub mod operation;
+mod simplify;
+mod traverse;
 
+pub use build::Graph;
 pub use node::{Node, NodeId};
 pub use operation::Op;
+pub use traverse::Support;

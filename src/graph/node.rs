@@ -14,7 +14,7 @@ impl NodeId {
     }
 }
 
-/// One node. Unused operand places of an operation repeat its first operand.
+/// One node, 16 bytes. Unused operand places of an operation repeat its first operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Node {
     /// A number, as its bits (so that −0 and 0 differ); every NaN is stored as one NaN.
@@ -25,4 +25,20 @@ pub enum Node {
     Parameter(u32),
     /// An operation; [`Op::arity`] of the operands count.
     Apply(Op, [NodeId; 3]),
+}
+
+impl Node {
+    /// The constant of this value; whatever the NaN, it is the same node.
+    pub(super) fn of_number(value: f64) -> Node {
+        let value = if value.is_nan() { f64::NAN } else { value };
+        Node::Constant(value.to_bits())
+    }
+
+    /// The operands that count: none for a leaf.
+    pub fn operands(&self) -> &[NodeId] {
+        match self {
+            Node::Apply(op, operands) => &operands[..op.arity()],
+            Node::Constant(_) | Node::Coordinate(_) | Node::Parameter(_) => &[],
+        }
+    }
 }

@@ -1,8 +1,0 @@
-//! The one table of operations.
-
-/// An operation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Op {
-    /// a + b
-    Add,
-}
