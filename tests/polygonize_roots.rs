@@ -2,9 +2,23 @@
 
 mod polygonize_support;
 
+use glam::DVec3;
 use imp::engine::{Field, Silent};
 use imp::polygonize::{Options, PolygonizeError, Roots, roots};
-use polygonize_support::{cube, line};
+use polygonize_support::{Closure, cube};
+
+/// A field in R1, from a closure that returns F and its derivative.
+fn line(
+    function: impl Fn(f64) -> (f64, f64) + Send + Sync,
+) -> Closure<impl Fn(DVec3) -> (f64, DVec3) + Send + Sync> {
+    Closure {
+        dimension: 1,
+        function: move |p: DVec3| {
+            let (value, derivative) = function(p.x);
+            (value, DVec3::new(derivative, 0.0, 0.0))
+        },
+    }
+}
 
 /// The roots in an interval on a grid with this many cells.
 fn find(field: &dyn Field, low: f64, high: f64, cells: usize) -> Result<Roots, PolygonizeError> {
@@ -118,7 +132,7 @@ fn poles_jumps_and_ends_of_the_domain_are_counted_and_are_no_roots() {
     // A second, true root shows that the poor one does not hide it.
     for field in fields {
         let both = line(|x| {
-            let point = glam::DVec3::new(x, 0.0, 0.0);
+            let point = DVec3::new(x, 0.0, 0.0);
             let (value, gradient) = field.value_gradient(point);
             let product = -value * (x + 0.5);
             (product, -gradient.x * (x + 0.5) - value)
@@ -128,7 +142,7 @@ fn poles_jumps_and_ends_of_the_domain_are_counted_and_are_no_roots() {
                 Err(PolygonizeError::NoSurface { .. }) => {}
                 other => panic!("{other:?}"),
             }
-            if !field.value_gradient(glam::DVec3::NEG_X).0.is_nan() {
+            if !field.value_gradient(DVec3::NEG_X).0.is_nan() {
                 let found = find(&both, -1.0, 1.0, cells).unwrap();
                 assert!((found.roots[0] + 0.5).abs() < 1e-8);
                 assert_eq!(found.statistics.poor_roots, 1);

@@ -66,6 +66,9 @@ fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError>
         mesh.normals.extend(piece.normals);
         statistics = statistics.and(piece.statistics);
     }
+    // Where the surface runs through a grid point, the roots on all edges there are that point,
+    // and so are the cap's vertices at the edges of the box.
+    mesh.collapse_degenerate_edges();
     Ok((mesh, seen, statistics))
 }
 

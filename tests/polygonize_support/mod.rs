@@ -10,19 +10,6 @@ pub(crate) struct Closure<F> {
     pub(crate) function: F,
 }
 
-/// A field in R1, from a closure that returns F and its derivative.
-pub(crate) fn line(
-    function: impl Fn(f64) -> (f64, f64) + Send + Sync,
-) -> Closure<impl Fn(DVec3) -> (f64, DVec3) + Send + Sync> {
-    Closure {
-        dimension: 1,
-        function: move |p: DVec3| {
-            let (value, derivative) = function(p.x);
-            (value, DVec3::new(derivative, 0.0, 0.0))
-        },
-    }
-}
-
 impl<F: Fn(DVec3) -> (f64, DVec3) + Send + Sync> Field for Closure<F> {
     fn dimension(&self) -> usize {
         self.dimension
