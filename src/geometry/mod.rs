@@ -9,14 +9,17 @@ mod curves;
 mod mesh;
 mod samples;
 
+mod collapse;
 mod disjoint_sets;
 mod measure;
+mod neighbours;
 mod summation;
 mod topology;
 
 pub use bounds::Bounds;
 pub use curves::{Curves, Polyline};
 pub use mesh::Mesh;
+pub use neighbours::{Spacing, nearest_distances};
 pub use samples::Samples;
 pub use topology::Topology;
 
