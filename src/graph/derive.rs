@@ -118,7 +118,7 @@ fn adjoint_term(
     place: usize,
 ) -> NodeId {
     let zero = graph.constant(0.0);
-    match &op.operation().derivative {
+    match op.operation().derivative {
         Derivative::Zero => zero,
         Derivative::Partials(partials) => {
             let partial = partials[place](graph, operands, result);
@@ -130,11 +130,11 @@ fn adjoint_term(
             otherwise,
         } => {
             let branches = [taken, otherwise];
-            if !branches.contains(&&place) {
+            if !branches.contains(&place) {
                 return zero;
             }
             let condition = condition(graph, operands);
-            let [taken, otherwise] = branches.map(|&b| if b == place { adjoint } else { zero });
+            let [taken, otherwise] = branches.map(|b| if b == place { adjoint } else { zero });
             graph.apply(Op::Select, &[condition, taken, otherwise])
         }
     }
@@ -167,7 +167,7 @@ fn tangent(
     tangents: [NodeId; 3],
 ) -> NodeId {
     let zero = graph.constant(0.0);
-    match &op.operation().derivative {
+    match op.operation().derivative {
         Derivative::Zero => zero,
         Derivative::Partials(partials) => {
             let mut sum = None;
@@ -180,7 +180,7 @@ fn tangent(
             }
             sum.unwrap_or(zero)
         }
-        &Derivative::Branch {
+        Derivative::Branch {
             condition,
             taken,
             otherwise,

@@ -11,6 +11,7 @@ pub mod derive;
 pub mod interval;
 mod node;
 pub mod operation;
+pub mod print;
 mod simplify;
 mod traverse;
 

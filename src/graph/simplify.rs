@@ -29,6 +29,7 @@ pub(super) fn simpler(graph: &mut Graph, op: Op, operands: [NodeId; 3]) -> Optio
         Op::Power => power(graph, a, b),
         Op::IntegerPower => integer_power(graph, a, b),
         Op::Negate => operand_of(graph, Op::Negate, a),
+        Op::IsNumber if is_truth(graph, a) => Some(graph.constant(1.0)),
         Op::Square | Op::Cos | Op::Cosh | Op::IsNumber => {
             let even = without_sign(graph, a)?;
             Some(graph.apply(op, &[even]))
@@ -178,23 +179,18 @@ fn chain_product(graph: &mut Graph, a: NodeId, b: NodeId) -> Option<NodeId> {
     for (factor, other) in [(a, b), (b, a)] {
         if let Some(value) = graph.constant_value(factor) {
             if value == 0.0 {
-                return Some(factor_zero(graph));
+                return Some(graph.constant(0.0));
             }
             if value.is_finite() {
                 return Some(graph.apply(Op::Multiply, &[other, factor]));
             }
         }
         if is_truth(graph, factor) {
-            let zero = factor_zero(graph);
+            let zero = graph.constant(0.0);
             return Some(graph.apply(Op::Select, &[factor, other, zero]));
         }
     }
     None
-}
-
-/// The zero that an absorbing product gives.
-fn factor_zero(graph: &mut Graph) -> NodeId {
-    graph.constant(0.0)
 }
 
 /// Whether the node is this constant, to the bit.

@@ -76,7 +76,7 @@ impl Quarters {
     fn of(interval: Interval) -> Option<Quarters> {
         let width = add_up(interval.high, -interval.low);
         // TAU is a little less than 2π.
-        if !(width < TAU) {
+        if width >= TAU {
             return None;
         }
         let (first, last) = (quarter(interval.low), quarter(interval.high));
