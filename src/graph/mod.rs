@@ -7,8 +7,11 @@
 //! interval rules are written in; [`print`] shows a graph as text.
 
 mod build;
+pub mod derive;
+pub mod interval;
 mod node;
 pub mod operation;
+pub mod print;
 mod simplify;
 mod traverse;
 

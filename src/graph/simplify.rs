@@ -14,7 +14,7 @@
 //! * any operation with a NaN operand: the result would no longer depend on its variables, and
 //!   their derivatives would be 0 beside a value that is NaN.
 
-use super::operation::value::is_integer_power;
+use super::operation::value::{is_integer_power, is_power_of_two};
 use super::{Graph, Node, NodeId, Op};
 
 /// A node that is always equal to the operation on these operands and simpler, if a rule knows
@@ -29,6 +29,7 @@ pub(super) fn simpler(graph: &mut Graph, op: Op, operands: [NodeId; 3]) -> Optio
         Op::Power => power(graph, a, b),
         Op::IntegerPower => integer_power(graph, a, b),
         Op::Negate => operand_of(graph, Op::Negate, a),
+        Op::IsNumber if is_truth(graph, a) => Some(graph.constant(1.0)),
         Op::Square | Op::Cos | Op::Cosh | Op::IsNumber => {
             let even = without_sign(graph, a)?;
             Some(graph.apply(op, &[even]))
@@ -178,23 +179,18 @@ fn chain_product(graph: &mut Graph, a: NodeId, b: NodeId) -> Option<NodeId> {
     for (factor, other) in [(a, b), (b, a)] {
         if let Some(value) = graph.constant_value(factor) {
             if value == 0.0 {
-                return Some(factor_zero(graph));
+                return Some(graph.constant(0.0));
             }
             if value.is_finite() {
                 return Some(graph.apply(Op::Multiply, &[other, factor]));
             }
         }
         if is_truth(graph, factor) {
-            let zero = factor_zero(graph);
+            let zero = graph.constant(0.0);
             return Some(graph.apply(Op::Select, &[factor, other, zero]));
         }
     }
     None
-}
-
-/// The zero that an absorbing product gives.
-fn factor_zero(graph: &mut Graph) -> NodeId {
-    graph.constant(0.0)
 }
 
 /// Whether the node is this constant, to the bit.
@@ -239,11 +235,6 @@ fn without_sign(graph: &Graph, id: NodeId) -> Option<NodeId> {
 /// 1/c where that is exact, so that dividing by c and multiplying by it round alike.
 fn exact_reciprocal(c: f64) -> Option<f64> {
     let reciprocal = 1.0 / c;
-    let is_exact = c.is_normal() && is_power_of_two(c) && reciprocal.is_finite();
+    let is_exact = is_power_of_two(c) && reciprocal.is_finite();
     is_exact.then_some(reciprocal)
-}
-
-/// Whether a normal number is a power of two or the opposite of one: no fraction bits.
-fn is_power_of_two(c: f64) -> bool {
-    c.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1) == 0
 }

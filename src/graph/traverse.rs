@@ -1,6 +1,8 @@
 //! Walks over the graph: what an expression consists of, what it depends on, and what it becomes
 //! when leaves are replaced. All walks run along the list of nodes, so depth costs no stack.
 
+use rustc_hash::{FxHashMap, FxHashSet};
+
 use super::{Graph, Node, NodeId};
 
 /// What an expression depends on.
@@ -14,22 +16,26 @@ pub struct Support {
 
 impl Graph {
     /// All nodes that the roots are made of, themselves included, ascending: each after its
-    /// operands. Time and memory grow with the largest root's id.
+    /// operands. The cost depends on their number, not on the size of the graph.
     pub fn reachable(&self, roots: &[NodeId]) -> Vec<NodeId> {
-        let length = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);
-        let mut marked = vec![false; length];
-        for root in roots {
-            marked[root.index()] = true;
-        }
-        for index in (0..length).rev() {
-            if marked[index] {
-                for operand in self.node(NodeId(index as u32)).operands() {
-                    marked[operand.index()] = true;
-                }
+        let mut seen = FxHashSet::default();
+        let mut nodes = Vec::new();
+        for &root in roots {
+            if seen.insert(root) {
+                nodes.push(root);
             }
         }
-        let marked = marked.iter().enumerate().filter(|(_, marked)| **marked);
-        marked.map(|(index, _)| NodeId(index as u32)).collect()
+        let mut visited = 0;
+        while visited < nodes.len() {
+            for &operand in self.node(nodes[visited]).operands() {
+                if seen.insert(operand) {
+                    nodes.push(operand);
+                }
+            }
+            visited += 1;
+        }
+        nodes.sort_unstable();
+        nodes
     }
 
     /// The coordinates and parameters that the roots depend on.
@@ -54,8 +60,7 @@ impl Graph {
         mut replacement: impl FnMut(Node) -> Option<NodeId>,
     ) -> Vec<NodeId> {
         let nodes = self.reachable(roots);
-        let length = nodes.last().map_or(0, |last| last.index() + 1);
-        let mut replaced: Vec<u32> = vec![0; length];
+        let mut replaced = FxHashMap::default();
         for id in nodes {
             let new = match self.node(id) {
                 Node::Constant(_) => id,
@@ -63,7 +68,7 @@ impl Graph {
                     replacement(leaf).unwrap_or(id)
                 }
                 Node::Apply(op, operands) => {
-                    let new = operands.map(|operand| NodeId(replaced[operand.index()]));
+                    let new = operands.map(|operand| replaced[&operand]);
                     if new == operands {
                         id
                     } else {
@@ -71,9 +76,8 @@ impl Graph {
                     }
                 }
             };
-            replaced[id.index()] = new.0;
+            replaced.insert(id, new);
         }
-        let root = |root: &NodeId| NodeId(replaced[root.index()]);
-        roots.iter().map(root).collect()
+        roots.iter().map(|root| replaced[root]).collect()
     }
 }

@@ -8,11 +8,13 @@
 //! [`super::interval`].
 
 mod lower;
+mod partial;
 mod table;
 pub mod value;
 
 pub use table::Op;
 
+use super::interval::Enclosure;
 use super::{Graph, NodeId};
 
 /// One entry of the table: everything that the program knows of an operation.
@@ -23,6 +25,10 @@ pub struct Operation {
     pub documentation: &'static str,
     /// The result on numbers.
     pub value: Value,
+    /// What the result can be when the operands lie in intervals.
+    pub interval: fn(&[Enclosure]) -> Enclosure,
+    /// How a change of an operand changes the result.
+    pub derivative: Derivative,
     /// How machine code computes it.
     pub code: MachineCode,
 }
@@ -57,6 +63,27 @@ impl Value {
             Value::Three(value) => value(a, b, c),
         }
     }
+}
+
+/// A partial derivative of an operation, built from its operands and its result.
+pub type Partial = fn(&mut Graph, operands: [NodeId; 3], result: NodeId) -> NodeId;
+
+/// A derivative rule.
+#[derive(Clone, Copy, Debug)]
+pub enum Derivative {
+    /// The result is piecewise constant: 0, at the steps too.
+    Zero,
+    /// The partial derivative in each operand.
+    Partials(&'static [Partial]),
+    /// The result is one of two operands, and changes with that one alone.
+    Branch {
+        /// Builds the condition that chooses.
+        condition: fn(&mut Graph, operands: [NodeId; 3]) -> NodeId,
+        /// The place of the operand that is the result where the condition is not 0.
+        taken: usize,
+        /// The place of the operand that is the result elsewhere.
+        otherwise: usize,
+    },
 }
 
 /// How machine code computes an operation. All three ways give the bits of the value rule.

@@ -1,6 +1,7 @@
 //! The table of operations.
 
-use super::{Instruction, MachineCode, Operation, Value, lower, value};
+use super::super::interval::rule;
+use super::{Derivative, Instruction, MachineCode, Operation, Value, lower, partial, value};
 
 /// Makes the list of operations and their table from one set of entries: the documentation and
 /// the variant's name, then the other fields of [`Operation`].
@@ -31,6 +32,8 @@ operations! {
     Add {
         name: "add",
         value: Value::Two(|a, b| a + b),
+        interval: |a| rule::smooth(a, a[0].range + a[1].range),
+        derivative: Derivative::Partials(&[partial::one, partial::one]),
         code: MachineCode::Native(Instruction::Add),
     }
 
@@ -38,6 +41,8 @@ operations! {
     Subtract {
         name: "subtract",
         value: Value::Two(|a, b| a - b),
+        interval: |a| rule::smooth(a, a[0].range - a[1].range),
+        derivative: Derivative::Partials(&[partial::one, partial::minus_one]),
         code: MachineCode::Native(Instruction::Subtract),
     }
 
@@ -45,6 +50,8 @@ operations! {
     Multiply {
         name: "multiply",
         value: Value::Two(|a, b| a * b),
+        interval: |a| rule::smooth(a, a[0].range * a[1].range),
+        derivative: Derivative::Partials(&[partial::second_operand, partial::first_operand]),
         code: MachineCode::Native(Instruction::Multiply),
     }
 
@@ -52,6 +59,8 @@ operations! {
     Divide {
         name: "divide",
         value: Value::Two(|a, b| a / b),
+        interval: rule::divide,
+        derivative: Derivative::Partials(&[|graph, [_, b, _], _| partial::reciprocal(graph, b), partial::divisor]),
         code: MachineCode::Native(Instruction::Divide),
     }
 
@@ -59,6 +68,8 @@ operations! {
     Negate {
         name: "negate",
         value: Value::One(|a| -a),
+        interval: |a| rule::smooth(a, -a[0].range),
+        derivative: Derivative::Partials(&[partial::minus_one]),
         code: MachineCode::Native(Instruction::Negate),
     }
 
@@ -66,6 +77,8 @@ operations! {
     Square {
         name: "square",
         value: Value::One(|a| a * a),
+        interval: |a| rule::smooth(a, a[0].range.square()),
+        derivative: Derivative::Partials(&[partial::square]),
         code: MachineCode::Native(Instruction::Square),
     }
 
@@ -73,6 +86,8 @@ operations! {
     Power {
         name: "power",
         value: Value::Two(value::power),
+        interval: rule::power,
+        derivative: Derivative::Partials(&[partial::power_base, partial::power_exponent]),
         code: MachineCode::Host,
     }
 
@@ -80,6 +95,8 @@ operations! {
     IntegerPower {
         name: "integer_power",
         value: Value::Two(value::integer_power),
+        interval: rule::power,
+        derivative: Derivative::Partials(&[partial::integer_power, partial::power_exponent]),
         code: MachineCode::Lower(lower::integer_power),
     }
 
@@ -87,6 +104,8 @@ operations! {
     SquareRoot {
         name: "sqrt",
         value: Value::One(f64::sqrt),
+        interval: |a| rule::within(a[0].range.low >= 0.0, a, a[0].range.square_root()),
+        derivative: Derivative::Partials(&[partial::square_root]),
         code: MachineCode::Native(Instruction::SquareRoot),
     }
 
@@ -94,6 +113,8 @@ operations! {
     Exp {
         name: "exp",
         value: Value::One(core_math::exp),
+        interval: |a| rule::smooth(a, a[0].range.exp()),
+        derivative: Derivative::Partials(&[partial::result]),
         code: MachineCode::Host,
     }
 
@@ -101,6 +122,8 @@ operations! {
     Log {
         name: "log",
         value: Value::One(core_math::log),
+        interval: |a| rule::within(a[0].range.low > 0.0, a, a[0].range.log()),
+        derivative: Derivative::Partials(&[|graph, [a, ..], _| partial::reciprocal(graph, a)]),
         code: MachineCode::Host,
     }
 
@@ -108,6 +131,8 @@ operations! {
     Sin {
         name: "sin",
         value: Value::One(core_math::sin),
+        interval: |a| rule::smooth(a, a[0].range.sin()),
+        derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cos, &[a])]),
         code: MachineCode::Host,
     }
 
@@ -115,6 +140,8 @@ operations! {
     Cos {
         name: "cos",
         value: Value::One(core_math::cos),
+        interval: |a| rule::smooth(a, a[0].range.cos()),
+        derivative: Derivative::Partials(&[partial::cos]),
         code: MachineCode::Host,
     }
 
@@ -122,6 +149,8 @@ operations! {
     Tan {
         name: "tan",
         value: Value::One(core_math::tan),
+        interval: |a| rule::within(!a[0].range.has_tangent_pole(), a, a[0].range.tan()),
+        derivative: Derivative::Partials(&[partial::tan]),
         code: MachineCode::Host,
     }
 
@@ -129,6 +158,8 @@ operations! {
     Asin {
         name: "asin",
         value: Value::One(core_math::asin),
+        interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.asin()),
+        derivative: Derivative::Partials(&[partial::asin]),
         code: MachineCode::Host,
     }
 
@@ -136,6 +167,8 @@ operations! {
     Acos {
         name: "acos",
         value: Value::One(core_math::acos),
+        interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.acos()),
+        derivative: Derivative::Partials(&[partial::acos]),
         code: MachineCode::Host,
     }
 
@@ -143,6 +176,8 @@ operations! {
     Atan {
         name: "atan",
         value: Value::One(core_math::atan),
+        interval: |a| rule::smooth(a, a[0].range.atan()),
+        derivative: Derivative::Partials(&[partial::atan]),
         code: MachineCode::Host,
     }
 
@@ -150,6 +185,8 @@ operations! {
     Atan2 {
         name: "atan2",
         value: Value::Two(core_math::atan2),
+        interval: rule::atan2,
+        derivative: Derivative::Partials(&[partial::atan2_first, partial::atan2_second]),
         code: MachineCode::Host,
     }
 
@@ -157,6 +194,8 @@ operations! {
     Sinh {
         name: "sinh",
         value: Value::One(core_math::sinh),
+        interval: |a| rule::smooth(a, a[0].range.sinh()),
+        derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cosh, &[a])]),
         code: MachineCode::Host,
     }
 
@@ -164,6 +203,8 @@ operations! {
     Cosh {
         name: "cosh",
         value: Value::One(core_math::cosh),
+        interval: |a| rule::smooth(a, a[0].range.cosh()),
+        derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Sinh, &[a])]),
         code: MachineCode::Host,
     }
 
@@ -171,6 +212,8 @@ operations! {
     Tanh {
         name: "tanh",
         value: Value::One(core_math::tanh),
+        interval: |a| rule::smooth(a, a[0].range.tanh()),
+        derivative: Derivative::Partials(&[partial::tanh]),
         code: MachineCode::Host,
     }
 
@@ -178,6 +221,8 @@ operations! {
     Abs {
         name: "abs",
         value: Value::One(f64::abs),
+        interval: |a| rule::smooth(a, a[0].range.abs()),
+        derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Sign, &[a])]),
         code: MachineCode::Native(Instruction::Abs),
     }
 
@@ -185,6 +230,8 @@ operations! {
     Sign {
         name: "sign",
         value: Value::One(value::sign),
+        interval: |a| rule::steps(a, value::sign),
+        derivative: Derivative::Zero,
         code: MachineCode::Lower(lower::sign),
     }
 
@@ -192,6 +239,8 @@ operations! {
     Floor {
         name: "floor",
         value: Value::One(f64::floor),
+        interval: |a| rule::steps(a, f64::floor),
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::Floor),
     }
 
@@ -199,6 +248,8 @@ operations! {
     Ceil {
         name: "ceil",
         value: Value::One(f64::ceil),
+        interval: |a| rule::steps(a, f64::ceil),
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::Ceil),
     }
 
@@ -206,6 +257,8 @@ operations! {
     Round {
         name: "round",
         value: Value::One(value::round),
+        interval: |a| rule::steps(a, value::round),
+        derivative: Derivative::Zero,
         code: MachineCode::Lower(lower::round),
     }
 
@@ -213,6 +266,8 @@ operations! {
     Modulo {
         name: "mod",
         value: Value::Two(value::modulo),
+        interval: rule::modulo,
+        derivative: Derivative::Partials(&[partial::one, partial::modulus]),
         code: MachineCode::Lower(lower::modulo),
     }
 
@@ -220,6 +275,12 @@ operations! {
     Min {
         name: "min",
         value: Value::Two(value::min),
+        interval: |a| rule::smooth(a, a[0].range.min(a[1].range)),
+        derivative: Derivative::Branch {
+            condition: |graph, [a, b, _]| graph.apply(Op::LessEqual, &[a, b]),
+            taken: 0,
+            otherwise: 1,
+        },
         code: MachineCode::Native(Instruction::Min),
     }
 
@@ -227,6 +288,12 @@ operations! {
     Max {
         name: "max",
         value: Value::Two(value::max),
+        interval: |a| rule::smooth(a, a[0].range.max(a[1].range)),
+        derivative: Derivative::Branch {
+            condition: |graph, [a, b, _]| graph.apply(Op::LessEqual, &[b, a]),
+            taken: 0,
+            otherwise: 1,
+        },
         code: MachineCode::Native(Instruction::Max),
     }
 
@@ -234,6 +301,11 @@ operations! {
     Hypot {
         name: "hypot",
         value: Value::Two(value::hypot),
+        interval: |a| rule::smooth(a, a[0].range.hypot(a[1].range)),
+        derivative: Derivative::Partials(&[
+            |graph, [a, ..], result| partial::hypot(graph, a, result),
+            |graph, [_, b, _], result| partial::hypot(graph, b, result),
+        ]),
         code: MachineCode::Host,
     }
 
@@ -241,6 +313,8 @@ operations! {
     Less {
         name: "less",
         value: Value::Two(|a, b| value::truth(a < b)),
+        interval: rule::less,
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::Less),
     }
 
@@ -248,6 +322,8 @@ operations! {
     LessEqual {
         name: "less_equal",
         value: Value::Two(|a, b| value::truth(a <= b)),
+        interval: rule::less_equal,
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::LessEqual),
     }
 
@@ -255,6 +331,8 @@ operations! {
     Equal {
         name: "equal",
         value: Value::Two(|a, b| value::truth(a == b)),
+        interval: rule::equal,
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::Equal),
     }
 
@@ -262,6 +340,8 @@ operations! {
     IsNumber {
         name: "is_number",
         value: Value::One(|a| value::truth(!a.is_nan())),
+        interval: rule::is_number,
+        derivative: Derivative::Zero,
         code: MachineCode::Native(Instruction::IsNumber),
     }
 
@@ -269,6 +349,12 @@ operations! {
     Select {
         name: "select",
         value: Value::Three(|a, b, c| if a != 0.0 { b } else { c }),
+        interval: rule::select,
+        derivative: Derivative::Branch {
+            condition: |_, [condition, ..]| condition,
+            taken: 1,
+            otherwise: 2,
+        },
         code: MachineCode::Native(Instruction::Select),
     }
 
@@ -276,6 +362,8 @@ operations! {
     ChainProduct {
         name: "chain_product",
         value: Value::Two(value::chain_product),
+        interval: rule::chain_product,
+        derivative: Derivative::Partials(&[partial::second_operand, partial::first_operand]),
         code: MachineCode::Native(Instruction::ChainProduct),
     }
 }

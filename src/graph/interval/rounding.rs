@@ -1,0 +1,134 @@
+//! Directed rounding of + − × ÷ √ without touching the processor's rounding mode.
+//!
+//! The rounding error of each of these is itself a number that can be computed exactly (Muller et
+//! al., Handbook of Floating-Point Arithmetic, 2nd ed., sections 4.3 and 4.4), so an end moves
+//! outward only when the result was inexact in that direction. Where a result is so small that
+//! its error may not be representable, it always moves. Zeros times infinity are 0: an infinite
+//! end stands for unbounded finite numbers.
+
+/// Below this, the error of a product or quotient may underflow: 2^-960.
+const SMALL: f64 = f64::from_bits((1023 - 960) << 52);
+
+/// a + b rounded down.
+pub(super) fn add_down(a: f64, b: f64) -> f64 {
+    let sum = a + b;
+    if sum.is_infinite() {
+        return if a.is_finite() && b.is_finite() {
+            overflow_down(sum)
+        } else {
+            sum
+        };
+    }
+    let (large, small) = if a.abs() < b.abs() { (b, a) } else { (a, b) };
+    let error = small - (sum - large);
+    if error < 0.0 { sum.next_down() } else { sum }
+}
+
+/// a + b rounded up.
+pub(super) fn add_up(a: f64, b: f64) -> f64 {
+    -add_down(-a, -b)
+}
+
+/// a·b rounded down.
+pub(super) fn multiply_down(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 {
+        return 0.0;
+    }
+    let product = a * b;
+    if product.is_infinite() {
+        return if a.is_finite() && b.is_finite() {
+            overflow_down(product)
+        } else {
+            product
+        };
+    }
+    if product.abs() < SMALL {
+        let positive = (a < 0.0) == (b < 0.0);
+        return small_down(product, positive);
+    }
+    let error = a.mul_add(b, -product);
+    if error < 0.0 {
+        product.next_down()
+    } else {
+        product
+    }
+}
+
+/// a·b rounded up.
+pub(super) fn multiply_up(a: f64, b: f64) -> f64 {
+    -multiply_down(-a, b)
+}
+
+/// a/b rounded down; b is not 0, and not both are infinite.
+pub(super) fn divide_down(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b.is_infinite() {
+        // A finite number over an unbounded one comes as close to 0 as one likes.
+        return 0.0;
+    }
+    let quotient = a / b;
+    if quotient.is_infinite() {
+        return if a.is_finite() {
+            overflow_down(quotient)
+        } else {
+            quotient
+        };
+    }
+    if quotient.abs() < SMALL || a.abs() < SMALL {
+        let positive = (a < 0.0) == (b < 0.0);
+        return small_down(quotient, positive);
+    }
+    let error = (-quotient).mul_add(b, a);
+    let is_above = if b > 0.0 { error < 0.0 } else { error > 0.0 };
+    if is_above {
+        quotient.next_down()
+    } else {
+        quotient
+    }
+}
+
+/// a/b rounded up; b is not 0, and not both are infinite.
+pub(super) fn divide_up(a: f64, b: f64) -> f64 {
+    -divide_down(-a, b)
+}
+
+/// √a rounded down; a is not negative.
+pub(super) fn square_root_down(a: f64) -> f64 {
+    let (root, error) = square_root(a);
+    if error < 0.0 { root.next_down() } else { root }
+}
+
+/// √a rounded up; a is not negative.
+pub(super) fn square_root_up(a: f64) -> f64 {
+    let (root, error) = square_root(a);
+    if error > 0.0 { root.next_up() } else { root }
+}
+
+/// √a rounded to nearest, and a number with the sign of a − (√a)².
+fn square_root(a: f64) -> (f64, f64) {
+    /// 2^120 and its root: moves the smallest numbers to where the error is representable.
+    const SCALE: (f64, f64) = (
+        f64::from_bits((1023 + 120) << 52),
+        f64::from_bits((1023 + 60) << 52),
+    );
+    let root = a.sqrt();
+    if a == 0.0 || a.is_infinite() {
+        (root, 0.0)
+    } else if a < SMALL {
+        let scaled = root * SCALE.1;
+        (root, (-scaled).mul_add(scaled, a * SCALE.0))
+    } else {
+        (root, (-root).mul_add(root, a))
+    }
+}
+
+/// What a finite result that overflowed to this infinity is when rounded down.
+fn overflow_down(infinity: f64) -> f64 {
+    if infinity > 0.0 { f64::MAX } else { infinity }
+}
+
+/// A lower bound of a nonzero result that was rounded to this small number: it may have been
+/// below, but never on the other side of 0.
+fn small_down(rounded: f64, positive: bool) -> f64 {
+    let down = rounded.next_down();
+    if positive { down.max(0.0) } else { down }
+}
