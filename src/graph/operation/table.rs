@@ -16,6 +16,19 @@ macro_rules! operations {
         impl Op {
             /// Every operation, in the table's order.
             pub const ALL: &'static [Op] = &[$(Op::$op),+];
+
+            /// The value rule as a function with the platform's calling convention, for machine
+            /// code to call. Operands beyond the arity are ignored.
+            pub fn host_function(self) -> extern "C" fn(f64, f64, f64) -> f64 {
+                match self {
+                    $(Op::$op => {
+                        extern "C" fn value(a: f64, b: f64, c: f64) -> f64 {
+                            Op::$op.value([a, b, c])
+                        }
+                        value
+                    })+
+                }
+            }
         }
 
         pub(super) static OPERATIONS: &[Operation] = &[$(

@@ -1,0 +1,298 @@
+//! Machine code, and the only `unsafe` of the program.
+//!
+//! [`compile`] turns steps into functions with Cranelift; [`MachineCode::run`] calls them and
+//! cannot be misused: it takes slices and checks their lengths. Everything that could go wrong
+//! while compiling (a processor that Cranelift does not serve, a system that refuses executable
+//! memory, a function beyond Cranelift's limits) is a [`Refusal`], upon which the caller
+//! interprets.
+//!
+//! **Upper halves of vector registers.** On x86-64, code that leaves the upper halves of the
+//! registers dirty makes every later SSE instruction of the C library wait for them: a call then
+//! takes some 300 ns instead of 10. The code made here cannot: Cranelift knows vectors of 128 bits
+//! only, its AVX instructions of that width set the upper halves to zero and its SSE instructions
+//! leave them alone; and the host functions follow the platform's convention, by which compilers
+//! end every function that used wider registers with `vzeroupper`. Tests look at the emitted code
+//! and, where the processor tells, at the registers' state after a call.
+
+#![allow(unsafe_code)]
+
+mod chunk;
+mod emit;
+mod memory;
+mod translate;
+
+use super::lower::Lowered;
+use crate::graph::Op;
+use chunk::{BLOCK, Plan};
+use cranelift_codegen::Context;
+use cranelift_codegen::ir::{ExtFuncData, ExternalName, Function, UserFuncName};
+use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
+use cranelift_codegen::settings::{self, Configurable};
+use cranelift_frontend::FunctionBuilderContext;
+use cranelift_jit::JITBuilder;
+use cranelift_module::{FuncId, Linkage, Module, ModuleError, ModuleResult};
+use memory::FreeingModule;
+use std::convert::Infallible;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use thiserror::Error;
+
+/// The steps of a chunk: the longest function that is given to Cranelift. Longer functions take
+/// more than proportionally long to compile, and their frames could outgrow a thread's stack.
+const CHUNK: usize = 4096;
+
+/// The longest kernel that is compiled; beyond it the interpreter serves.
+const LARGEST_KERNEL: usize = 2_000_000;
+
+/// Why there is no machine code.
+#[derive(Debug, Error)]
+pub(super) enum Refusal {
+    /// Cranelift knows no code for this processor.
+    #[error("Cranelift does not serve this processor")]
+    Processor,
+    /// More than [`LARGEST_KERNEL`] steps, or more than three coordinates.
+    #[error("the kernel is larger than what is compiled")]
+    TooLarge,
+    /// The system gave no executable memory, or a limit of Cranelift was met.
+    #[error(transparent)]
+    Compiler(#[from] ModuleError),
+}
+
+/// How many functions this process has compiled.
+static COMPILATIONS: AtomicU64 = AtomicU64::new(0);
+
+/// How many machine-code functions this process has compiled so far. Long kernels consist of
+/// several functions.
+pub fn compilations() -> u64 {
+    COMPILATIONS.load(Ordering::Relaxed)
+}
+
+/// See [`translate`].
+type ChunkFunction = unsafe extern "C" fn(
+    begin: usize,
+    end: usize,
+    inputs: *const *const f64,
+    uniforms: *const f64,
+    outputs: *const *mut f64,
+    slots: *mut f64,
+);
+
+/// The machine code of one kernel.
+///
+/// It has no state, so any number of threads may run it at a time; the compiler sees `Send` and
+/// `Sync` in function pointers and in the module's lock.
+pub(super) struct MachineCode {
+    /// In the order of execution. They live in `_module`'s memory.
+    chunks: Vec<ChunkFunction>,
+    /// The lengths that `run` demands.
+    inputs: usize,
+    uniforms: usize,
+    outputs: usize,
+    slots: usize,
+    /// Owns the memory of `chunks`; it is freed with this value, when nobody can call them.
+    _module: FreeingModule,
+}
+
+/// Compiles a kernel. Takes 1 to 3 ms per 1,000 steps.
+pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
+    let target = target().ok_or(Refusal::Processor)?;
+    if lowered.steps.len() > LARGEST_KERNEL || lowered.dimension > 3 {
+        return Err(Refusal::TooLarge);
+    }
+    let plan = chunk::plan(lowered, CHUNK);
+    let mut owner = FreeingModule::new(builder(target.clone()));
+    let module = owner.module().ok_or(Refusal::Processor)?;
+    let functions = define(module, lowered, &plan)?;
+    module.finalize_definitions()?;
+    let chunks = functions
+        .into_iter()
+        .map(|function| {
+            let address = module.get_finalized_function(function);
+            // SAFETY: the address is that of a finished function, which `translate` gave
+            // exactly this signature and the calling convention of `extern "C"`.
+            unsafe { std::mem::transmute::<*const u8, ChunkFunction>(address) }
+        })
+        .collect();
+    Ok(MachineCode {
+        chunks,
+        inputs: lowered.dimension,
+        uniforms: lowered.uniforms(),
+        outputs: lowered.outputs.len(),
+        slots: plan.slots,
+        _module: owner,
+    })
+}
+
+impl MachineCode {
+    /// Computes the outputs of `count` points. Returns whether it did: not if a column of the
+    /// points or of the outputs is missing or shorter than `count`, or if uniforms are missing.
+    pub(super) fn run(
+        &self,
+        count: usize,
+        points: &[&[f64]],
+        uniforms: &[f64],
+        outputs: &mut [&mut [f64]],
+    ) -> bool {
+        let (Some(points), Some(outputs)) =
+            (points.get(..self.inputs), outputs.get_mut(..self.outputs))
+        else {
+            return false;
+        };
+        if uniforms.len() < self.uniforms
+            || points.iter().any(|column| column.len() < count)
+            || outputs.iter().any(|column| column.len() < count)
+        {
+            return false;
+        }
+        let mut inputs = [std::ptr::null(); 3];
+        for (input, column) in inputs.iter_mut().zip(points) {
+            *input = column.as_ptr();
+        }
+        // Single points are evaluated often enough that an allocation would show.
+        let mut few = [std::ptr::null_mut(); 4];
+        if self.outputs <= few.len() {
+            for (pointer, column) in few.iter_mut().zip(outputs) {
+                *pointer = column.as_mut_ptr();
+            }
+            self.call(count, &inputs, uniforms, &few);
+        } else {
+            let many: Vec<*mut f64> = outputs.iter_mut().map(|c| c.as_mut_ptr()).collect();
+            self.call(count, &inputs, uniforms, &many);
+        }
+        true
+    }
+
+    /// Runs the chunks; the pointers are those of [`MachineCode::run`].
+    fn call(&self, count: usize, inputs: &[*const f64], uniforms: &[f64], outputs: &[*mut f64]) {
+        let block = if self.chunks.len() > 1 { BLOCK } else { count.max(1) };
+        let mut slots = vec![0.0; self.slots * BLOCK];
+        for begin in (0..count).step_by(block) {
+            let end = count.min(begin + block);
+            for chunk in &self.chunks {
+                // SAFETY: the code reads `inputs` columns and writes `outputs` columns at
+                // positions below `end` only, and `run` has checked that there are so many
+                // columns, each at least `count` long; the outputs come from exclusive
+                // references, so they overlap nothing. It reads the uniforms that `run` has
+                // counted, and of the slots the lanes below `end - begin`, at most BLOCK, of
+                // `self.slots` ones. Its memory is alive, since `self` owns it.
+                unsafe {
+                    chunk(
+                        begin,
+                        end,
+                        inputs.as_ptr(),
+                        uniforms.as_ptr(),
+                        outputs.as_ptr(),
+                        slots.as_mut_ptr(),
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The kernel as text in Cranelift's intermediate representation, before anything specific to a
+/// processor: the same on every machine.
+pub(super) fn text(name: &str, lowered: &Lowered) -> String {
+    let plan = chunk::plan(lowered, CHUNK);
+    let convention = CallConv::SystemV;
+    let mut text = String::new();
+    for chunk in 0..plan.chunks.len() {
+        let mut memory = FunctionBuilderContext::new();
+        let mut function = Function::new();
+        let suffix = if chunk > 0 { format!("_{chunk}") } else { String::new() };
+        function.name = UserFuncName::testcase(format!("{name}{suffix}"));
+        function.signature = translate::signature(convention);
+        let Ok(_) = translate::translate(
+            &mut function,
+            &mut memory,
+            (lowered, &plan, chunk),
+            &mut |function, op| {
+                let signature = translate::host_signature(convention);
+                let signature = function.import_signature(signature);
+                Ok::<_, Infallible>(function.import_function(ExtFuncData {
+                    name: ExternalName::testcase(op.name()),
+                    signature,
+                    colocated: false,
+                    patchable: false,
+                }))
+            },
+        );
+        text += &function.display().to_string();
+    }
+    text
+}
+
+/// The processor and the settings; made once, it is the same for all kernels.
+fn target() -> Option<&'static OwnedTargetIsa> {
+    static TARGET: OnceLock<Option<OwnedTargetIsa>> = OnceLock::new();
+    TARGET
+        .get_or_init(|| {
+            // Rounding without SSE4.1 would need library calls.
+            #[cfg(target_arch = "x86_64")]
+            if !std::arch::is_x86_feature_detected!("sse4.1") {
+                return None;
+            }
+            let mut flags = settings::builder();
+            for (name, value) in SETTINGS {
+                flags.set(name, value).ok()?;
+            }
+            let isa = cranelift_native::builder().ok()?;
+            isa.finish(settings::Flags::new(flags)).ok()
+        })
+        .as_ref()
+}
+
+/// Cranelift's settings and their reasons.
+const SETTINGS: &[(&str, &str)] = &[
+    // The optimiser finds nothing to do in hash-consed code, and what it hoists out of the loop
+    // is spilled again: code gets faster and compilation twice as fast without it.
+    ("opt_level", "none"),
+    ("regalloc_algorithm", "backtracking"),
+    ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
+    ("is_pic", "false"),
+    ("use_colocated_libcalls", "false"),
+    // Nothing unwinds through a kernel, since host functions do not panic.
+    ("unwind_info", "false"),
+    // A frame larger than a page touches every page, so that it meets the stack's guard.
+    ("enable_probestack", "true"),
+    ("probestack_strategy", "inline"),
+];
+
+/// A module's builder that knows the host functions by the names of their operations.
+fn builder(isa: OwnedTargetIsa) -> JITBuilder {
+    let mut builder = JITBuilder::with_isa(isa, cranelift_module::default_libcall_names());
+    builder.symbol_lookup_fn(Box::new(|name| {
+        let op = Op::ALL.iter().find(|op| op.name() == name)?;
+        Some(op.host_function() as *const u8)
+    }));
+    builder
+}
+
+/// Compiles the chunks into the module.
+fn define(module: &mut impl Module, lowered: &Lowered, plan: &Plan) -> ModuleResult<Vec<FuncId>> {
+    let mut context = Context::new();
+    let mut memory = FunctionBuilderContext::new();
+    let config = module.target_config();
+    let convention = config.default_call_conv;
+    let mut functions = Vec::with_capacity(plan.chunks.len());
+    for chunk in 0..plan.chunks.len() {
+        module.clear_context(&mut context);
+        context.func.signature = translate::signature(convention);
+        let builder = translate::translate(
+            &mut context.func,
+            &mut memory,
+            (lowered, plan, chunk),
+            &mut |function, op| {
+                let signature = translate::host_signature(convention);
+                let id = module.declare_function(op.name(), Linkage::Import, &signature)?;
+                ModuleResult::Ok(module.declare_func_in_func(id, function))
+            },
+        )?;
+        builder.finalize(config);
+        let id = module.declare_anonymous_function(&context.func.signature)?;
+        module.define_function(id, &mut context)?;
+        COMPILATIONS.fetch_add(1, Ordering::Relaxed);
+        functions.push(id);
+    }
+    Ok(functions)
+}

@@ -1,0 +1,262 @@
+//! From instructions to Cranelift's intermediate representation.
+//!
+//! One function per chunk, with a loop over points around straight-line code:
+//! ```text
+//! fn(begin, end, inputs: *const *const f64, uniforms: *const f64,
+//!    outputs: *const *mut f64, slots: *mut f64)
+//! ```
+//! `inputs` and `outputs` are the columns (structure of arrays) of the whole batch, of which the
+//! points `begin..end` are computed. Constants and uniforms are fetched where they are used, as
+//! memory operands: kept alive over the loop they would all be spilled around the first call.
+//! For the same reason an output is stored as soon as it is known.
+
+use super::chunk::{BLOCK, NO_SLOT, Plan};
+use super::emit;
+use crate::engine::lower::{Lowered, Operand};
+use crate::graph::Op;
+use cranelift_codegen::ir::condcodes::IntCC;
+use cranelift_codegen::ir::types::{F64, I64};
+use cranelift_codegen::ir::{
+    AbiParam, Block, FuncRef, Function, InstBuilder, MemFlagsData, Signature, Type, Value,
+};
+use cranelift_codegen::isa::CallConv;
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use std::ops::Range;
+
+/// Pointers are 64 bits wide on every machine that Cranelift serves.
+const POINTER: Type = I64;
+
+/// The bytes of a number and of a pointer.
+const SIZE: i32 = 8;
+
+/// The signature of a chunk, see the module's documentation.
+pub(super) fn signature(convention: CallConv) -> Signature {
+    let mut signature = Signature::new(convention);
+    let parameters = std::iter::repeat_n(AbiParam::new(POINTER), 6);
+    signature.params.extend(parameters);
+    signature
+}
+
+/// The signature of [`Op::host_function`].
+pub(super) fn host_signature(convention: CallConv) -> Signature {
+    let mut signature = Signature::new(convention);
+    let parameters = std::iter::repeat_n(AbiParam::new(F64), 3);
+    signature.params.extend(parameters);
+    signature.returns.push(AbiParam::new(F64));
+    signature
+}
+
+/// Fills `function`, whose signature is set, with the code of one chunk of the plan. `import`
+/// declares the function of a host operation in it. The builder is returned so that the caller
+/// can finish it, which only compilation needs.
+pub(super) fn translate<'f, E>(
+    function: &'f mut Function,
+    memory: &'f mut FunctionBuilderContext,
+    (lowered, plan, chunk): (&Lowered, &Plan, usize),
+    import: &mut dyn FnMut(&mut Function, Op) -> Result<FuncRef, E>,
+) -> Result<FunctionBuilder<'f>, E> {
+    let mut builder = FunctionBuilder::new(function, memory);
+    let entry = builder.create_block();
+    let body = builder.create_block();
+    let exit = builder.create_block();
+    builder.append_block_params_for_function_params(entry);
+    let offset = builder.append_block_param(body, I64);
+
+    builder.switch_to_block(entry);
+    let (begin, end, pointers) = enter(&mut builder, entry, lowered.dimension);
+    let some = builder.ins().icmp(IntCC::UnsignedLessThan, begin, end);
+    builder.ins().brif(some, body, &[begin.into()], exit, &[]);
+
+    builder.switch_to_block(body);
+    let mut point = Point {
+        builder,
+        plan,
+        range: plan.chunks[chunk].clone(),
+        values: Vec::with_capacity(plan.chunks[chunk].len()),
+        truths: Vec::with_capacity(plan.chunks[chunk].len()),
+        pointers,
+        offset,
+    };
+    point.compute(lowered, import)?;
+    if chunk + 1 == plan.chunks.len() {
+        point.store_plain_outputs(lowered);
+    }
+    let mut builder = point.builder;
+    let next = builder.ins().iadd_imm_s(offset, i64::from(SIZE));
+    let more = builder.ins().icmp(IntCC::UnsignedLessThan, next, end);
+    builder.ins().brif(more, body, &[next.into()], exit, &[]);
+
+    builder.switch_to_block(exit);
+    builder.ins().return_(&[]);
+    builder.seal_all_blocks();
+    Ok(builder)
+}
+
+/// The addresses that stay the same over the loop.
+struct Pointers {
+    /// The columns of the coordinates.
+    columns: Vec<Value>,
+    uniforms: Value,
+    outputs: Value,
+    /// The slots' memory, moved so that the offset of a point leads to its lane.
+    slots: Value,
+}
+
+/// The function's beginning: first and last offset in bytes, and the addresses.
+fn enter(
+    builder: &mut FunctionBuilder,
+    entry: Block,
+    dimension: usize,
+) -> (Value, Value, Pointers) {
+    let argument = |index: usize| builder.block_params(entry)[index];
+    let [begin, end, inputs, uniforms, outputs, slots] = std::array::from_fn(argument);
+    let begin = builder.ins().ishl_imm_u(begin, 3);
+    let end = builder.ins().ishl_imm_u(end, 3);
+    let columns = (0..dimension as i32)
+        .map(|axis| builder.ins().load(POINTER, constant_memory(), inputs, axis * SIZE))
+        .collect();
+    let slots = builder.ins().isub(slots, begin);
+    let pointers = Pointers {
+        columns,
+        uniforms,
+        outputs,
+        slots,
+    };
+    (begin, end, pointers)
+}
+
+/// Memory that nothing writes while a kernel runs.
+fn constant_memory() -> MemFlagsData {
+    MemFlagsData::trusted().with_readonly().with_can_move()
+}
+
+/// The code for one point, while it is written.
+struct Point<'a, 'f> {
+    builder: FunctionBuilder<'f>,
+    plan: &'a Plan,
+    range: Range<usize>,
+    /// The values of the chunk's own registers, from `range.start`.
+    values: Vec<Value>,
+    /// For the registers that a comparison made, its bit, which select prefers to the number.
+    truths: Vec<Option<Value>>,
+    pointers: Pointers,
+    /// The position of the point in its columns, in bytes.
+    offset: Value,
+}
+
+impl Point<'_, '_> {
+    /// The chunk's steps, each followed by the stores of its result.
+    fn compute<E>(
+        &mut self,
+        lowered: &Lowered,
+        import: &mut dyn FnMut(&mut Function, Op) -> Result<FuncRef, E>,
+    ) -> Result<(), E> {
+        let mut imported = vec![None; Op::ALL.len()];
+        let mut outputs = register_outputs(lowered, &self.range).into_iter().peekable();
+        for index in self.range.clone() {
+            let step = &lowered.steps[index];
+            let truth = self.truth(step.operands[0]);
+            let operands = step.operands.map(|operand| self.operand(operand));
+            let (value, truth) = match emit::native(step.operation) {
+                Some(instruction) => emit::emit(&mut self.builder, instruction, operands, truth),
+                None => {
+                    let function = match imported[step.operation as usize] {
+                        Some(function) => function,
+                        None => import(self.builder.func, step.operation)?,
+                    };
+                    imported[step.operation as usize] = Some(function);
+                    let call = self.builder.ins().call(function, &operands);
+                    (self.builder.inst_results(call)[0], None)
+                }
+            };
+            self.values.push(value);
+            self.truths.push(truth);
+            while let Some((_, output)) = outputs.next_if(|&(register, _)| register == index) {
+                self.store_output(output, value);
+            }
+            if self.plan.slot[index] != NO_SLOT {
+                let (address, displacement) = self.slot(self.plan.slot[index]);
+                let flags = MemFlagsData::trusted();
+                self.builder.ins().store(flags, value, address, displacement);
+            }
+        }
+        Ok(())
+    }
+
+    /// The outputs that are no step's result: constants, coordinates, uniforms.
+    fn store_plain_outputs(&mut self, lowered: &Lowered) {
+        for (output, &operand) in lowered.outputs.iter().enumerate() {
+            if !matches!(operand, Operand::Register(_)) {
+                let value = self.operand(operand);
+                self.store_output(output, value);
+            }
+        }
+    }
+
+    /// The value of an operand; everything but the chunk's own registers is fetched anew.
+    fn operand(&mut self, operand: Operand) -> Value {
+        let ins = self.builder.ins();
+        match operand {
+            Operand::Constant(number) => ins.f64const(number),
+            Operand::Uniform(index) => {
+                let displacement = index as i32 * SIZE;
+                ins.load(F64, constant_memory(), self.pointers.uniforms, displacement)
+            }
+            Operand::Coordinate(axis) => {
+                let address = ins.iadd(self.pointers.columns[usize::from(axis)], self.offset);
+                self.builder.ins().load(F64, constant_memory(), address, 0)
+            }
+            Operand::Register(register) => match self.own(register) {
+                Some(place) => self.values[place],
+                None => {
+                    let (address, displacement) = self.slot(self.plan.slot[register as usize]);
+                    let flags = MemFlagsData::trusted();
+                    self.builder.ins().load(F64, flags, address, displacement)
+                }
+            },
+        }
+    }
+
+    /// The bit of an operand that is a comparison of this chunk.
+    fn truth(&self, operand: Operand) -> Option<Value> {
+        match operand {
+            Operand::Register(register) => self.own(register).and_then(|own| self.truths[own]),
+            _ => None,
+        }
+    }
+
+    /// The place of a register among the chunk's own ones.
+    fn own(&self, register: u32) -> Option<usize> {
+        (register as usize).checked_sub(self.range.start)
+    }
+
+    /// The address of the point's lane of a slot, as base and displacement.
+    fn slot(&mut self, slot: u32) -> (Value, i32) {
+        let address = self.builder.ins().iadd(self.pointers.slots, self.offset);
+        (address, slot as i32 * BLOCK as i32 * SIZE)
+    }
+
+    /// Stores one output of the point. The column's address is loaded anew: with the dozens of
+    /// outputs of a parameter gradient there are no registers to keep them in.
+    fn store_output(&mut self, output: usize, value: Value) {
+        let displacement = output as i32 * SIZE;
+        let ins = self.builder.ins();
+        let column = ins.load(POINTER, constant_memory(), self.pointers.outputs, displacement);
+        let address = self.builder.ins().iadd(column, self.offset);
+        self.builder.ins().store(MemFlagsData::trusted(), value, address, 0);
+    }
+}
+
+/// The registers of this range that are outputs, ascending, each with the output's place.
+fn register_outputs(lowered: &Lowered, range: &Range<usize>) -> Vec<(usize, usize)> {
+    let outputs = lowered.outputs.iter().enumerate();
+    let mut found: Vec<(usize, usize)> = outputs
+        .filter_map(|(output, &operand)| match operand {
+            Operand::Register(register) => Some((register as usize, output)),
+            _ => None,
+        })
+        .filter(|(register, _)| range.contains(register))
+        .collect();
+    found.sort_unstable();
+    found
+}
