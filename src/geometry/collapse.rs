@@ -331,6 +331,23 @@ mod tests {
     }
 
     #[test]
+    fn an_edge_that_a_later_collapse_frees_is_collapsed_too() {
+        // A vertex in the middle of a face makes the face's sides a loop without a triangle, so
+        // that edge 02 must wait until edge 46 has taken the vertex away.
+        let mut solid = octahedron();
+        assert_eq!(solid.triangles[0], [0, 2, 4]);
+        solid
+            .triangles
+            .splice(0..1, [[0, 2, 6], [2, 4, 6], [4, 0, 6]]);
+        solid.positions.push(solid.positions[4]);
+        solid.positions[2] = solid.positions[0];
+        let before = solid.clone();
+        assert_eq!(solid.collapse_degenerate_edges(), 2);
+        assert_eq!(solid.triangles.len(), 6);
+        assert_keeps_the_surface(&before, &solid);
+    }
+
+    #[test]
     fn boundary_edges_collapse_but_no_bridge_between_two_boundaries_does() {
         let mut rim = disk(6);
         rim.positions[2] = rim.positions[1];
