@@ -68,7 +68,7 @@ pub struct Statistics {
     /// Grid points at which F is NaN.
     pub nan_points: usize,
     /// Whether the level set reaches the boundary of the box, so that it is left open or capped
-    /// there.
+    /// there; in R1, whether an end of the interval is a root.
     pub cut_by_box: bool,
     /// The greatest |F − iso| / |F_x| at a root, poor roots aside.
     pub max_residual: f64,
@@ -134,7 +134,7 @@ pub struct Roots {
 pub enum PolygonizeError {
     /// The grid shows no zero of F: it is either below the level everywhere or nowhere. (In R1
     /// also if all changes of sign are poles, jumps or ends of the domain.)
-    #[error("no point with F = {iso} in the box: {}", what_was_seen(*iso, *below, *above, *undefined))]
+    #[error("{}", no_level(*iso, *below, *above, *undefined))]
     NoSurface {
         /// The box.
         bounds: Bounds,
@@ -354,8 +354,8 @@ fn require_level(options: &Options, seen: Seen) -> Result<(), PolygonizeError> {
     Ok(())
 }
 
-/// The values of F at the grid points in words.
-fn what_was_seen(iso: f64, below: usize, above: usize, undefined: usize) -> String {
+/// What was seen instead of the level, in words.
+fn no_level(iso: f64, below: usize, above: usize, undefined: usize) -> String {
     let points = below + above + undefined;
     let kinds = [
         (below, format!("F < {iso}")),
@@ -368,7 +368,7 @@ fn what_was_seen(iso: f64, below: usize, above: usize, undefined: usize) -> Stri
         _ => Some(format!("{what} at {count} of {points} grid points")),
     };
     let parts: Vec<String> = kinds.into_iter().filter_map(part).collect();
-    parts.join(", ")
+    format!("no point with F = {iso} in the box: {}", parts.join(", "))
 }
 
 /// The error that says what was seen instead of a zero.
