@@ -257,39 +257,37 @@ fn caps_meet_at_the_edges_and_corners_of_the_box_without_slivers() {
 }
 
 #[test]
-fn planes_through_grid_points_are_exact_and_without_slivers() {
+fn planes_through_grid_points_are_without_slivers() {
     let directions = [
         DVec3::Z,
         DVec3::new(1.0, 1.0, 0.0),
         DVec3::new(1.0, -1.0, 1.0),
     ];
-    for direction in directions {
-        for sign in [1.0, -1.0] {
-            let normal = sign * direction;
+    // With 8 cells F is exactly 0 at grid points on the plane, with 10 only up to rounding.
+    for (cells, rounding) in [(8, 0.0), (10, 1e-15)] {
+        for normal in directions
+            .into_iter()
+            .flat_map(|direction| [direction, -direction])
+        {
             let plane = space(move |p| (p.dot(normal), normal));
-            let found = run(&plane, (-1.0, 1.0), 8, true);
-            closed(&found);
+            let capped = run(&plane, (-1.0, 1.0), cells, true);
+            closed(&capped);
             // Every plane through the centre halves the box.
-            assert_relative(found.mesh.volume(), 4.0, 1e-12);
-            let open = run(&plane, (-1.0, 1.0), 8, false);
+            assert_relative(capped.mesh.volume(), 4.0, 1e-12);
+            let open = run(&plane, (-1.0, 1.0), cells, false);
             let topology = open.mesh.topology();
             assert!(topology.manifold && topology.oriented);
             assert_eq!((topology.components, topology.boundary_loops), (1, 1));
-            assert!(
-                open.mesh
-                    .positions
-                    .iter()
-                    .all(|position| position.dot(normal) == 0.0)
-            );
+            let mut positions = open.mesh.positions.iter();
+            assert!(positions.all(|position| position.dot(normal).abs() <= rounding));
             let area = |&[a, b, c]: &[u32; 3]| {
                 let [a, b, c] = [a, b, c].map(|vertex| open.mesh.positions[vertex as usize]);
                 0.5 * (b - a).cross(c - a).dot(normal.normalize())
             };
+            let mut areas = open.mesh.triangles.iter().map(area);
             assert!(
-                open.mesh
-                    .triangles
-                    .iter()
-                    .all(|triangle| area(triangle) > 1e-3)
+                areas.all(|area| area > 1e-3),
+                "{cells} cells, normal {normal}"
             );
         }
     }

@@ -45,25 +45,25 @@ struct Piece {
 
 /// The pieces as one mesh.
 fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
-    let seen = pieces
-        .iter()
-        .fold(Seen::default(), |seen, piece| seen.and(piece.seen));
     let vertices: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
-    let mut statistics = Statistics::default();
-    let mut mesh = Mesh::default();
+    let triangles = pieces.iter().map(|piece| piece.triangles.len()).sum();
     if u32::try_from(vertices).is_err() {
         return Err(PolygonizeError::TooManyVertices { vertices });
     }
-    mesh.positions.reserve_exact(vertices);
-    mesh.normals.reserve_exact(vertices);
-    mesh.triangles
-        .reserve_exact(pieces.iter().map(|piece| piece.triangles.len()).sum());
+    let mut seen = Seen::default();
+    let mut statistics = Statistics::default();
+    let mut mesh = Mesh {
+        positions: Vec::with_capacity(vertices),
+        normals: Vec::with_capacity(vertices),
+        triangles: Vec::with_capacity(triangles),
+    };
     for piece in pieces {
         let below = mesh.positions.len() as u32;
         let numbered = |triangle: &[u32; 3]| triangle.map(|vertex| vertex + below);
         mesh.triangles.extend(piece.triangles.iter().map(numbered));
         mesh.positions.extend(piece.positions);
         mesh.normals.extend(piece.normals);
+        seen = seen.and(piece.seen);
         statistics = statistics.and(piece.statistics);
     }
     // Where the surface runs through a grid point, the roots on all edges there are that point,
@@ -140,7 +140,7 @@ impl<'a> Slab<'a> {
         self.finish(field, accuracy, seen, evaluations)
     }
 
-    /// Finds the roots.
+    /// Finds the roots on the crossed edges.
     fn finish(
         self,
         field: &dyn Field,
@@ -176,13 +176,13 @@ impl<'a> Slab<'a> {
                 let values = [sweep.value(layer, i, j), sweep.value(layer, i + 1, j)];
                 vertices[0][j * columns + i] = self.add_vertex([i, j, k], 0, values);
             });
-            let Some(next) = layer.inside.get((j + 1) * columns..(j + 2) * columns) else {
-                continue;
-            };
-            for_each_difference(row, next, |i| {
-                let values = [sweep.value(layer, i, j), sweep.value(layer, i, j + 1)];
-                vertices[1][j * columns + i] = self.add_vertex([i, j, k], 1, values);
-            });
+            if j + 1 < rows {
+                let next = &layer.inside[(j + 1) * columns..(j + 2) * columns];
+                for_each_difference(row, next, |i| {
+                    let values = [sweep.value(layer, i, j), sweep.value(layer, i, j + 1)];
+                    vertices[1][j * columns + i] = self.add_vertex([i, j, k], 1, values);
+                });
+            }
         }
     }
 
@@ -230,23 +230,12 @@ impl<'a> Slab<'a> {
     fn triangulate(&mut self, planes: [&Plane; 2], between: &[u32], cases: &mut [u8]) {
         let table = &*TABLE;
         let [columns, rows] = self.points;
-        let vertices = [&planes[0].vertices, &planes[1].vertices];
         let vertices = EdgeVertices {
-            // In the order of the table's edges: see its documentation.
-            lists: [
-                &vertices[0][0],
-                &vertices[0][0],
-                &vertices[1][0],
-                &vertices[1][0],
-                &vertices[0][1],
-                &vertices[0][1],
-                &vertices[1][1],
-                &vertices[1][1],
-                between,
-                between,
-                between,
-                between,
-            ],
+            lists: EDGES.map(|(corner, axis)| match axis {
+                2 => between,
+                // Corners 4 to 7 are those in the upper plane.
+                _ => &planes[corner >> 2].vertices[axis],
+            }),
             offsets: EDGES.map(|(corner, _)| (corner & 1) + (corner >> 1 & 1) * columns),
         };
         for j in 0..rows - 1 {
@@ -285,13 +274,9 @@ fn add_triangles(
     start: usize,
     triangles: &mut Vec<[u32; 3]>,
 ) {
-    for (number, cells) in cases.chunks(8).enumerate() {
-        // Nothing lies in most cells: eight of them are looked at together.
-        if cells.iter().all(|&case| case == 0) || cells.iter().all(|&case| case == 255) {
-            continue;
-        }
-        for (offset, &case) in cells.iter().enumerate() {
-            let cell = start + number * 8 + offset;
+    let mut add = |first: usize, cases: &[u8]| {
+        for (offset, &case) in cases.iter().enumerate() {
+            let cell = start + first + offset;
             triangles.extend(table.triangles(case).iter().map(|triangle| {
                 triangle.map(|edge| {
                     let edge = usize::from(edge);
@@ -299,5 +284,14 @@ fn add_triangles(
                 })
             }));
         }
+    };
+    // Most cells are empty: many are looked at together.
+    const WIDTH: usize = 16;
+    let (chunks, rest) = cases.as_chunks::<WIDTH>();
+    for (number, cases) in chunks.iter().enumerate() {
+        if *cases != [0; WIDTH] && *cases != [255; WIDTH] {
+            add(number * WIDTH, cases);
+        }
     }
+    add(chunks.len() * WIDTH, rest);
 }

@@ -54,9 +54,10 @@ pub(super) struct Root {
 
 /// The roots on the edges, in their order, and the number of evaluations of F and F_x.
 ///
-/// An edge whose outside value is 0 has its root at that end, exactly; an edge of no length is
-/// its own root, without a normal, and F is not asked there. The result does not depend on what
-/// other edges are solved in the same call.
+/// A root that is at an end of its edge to the accuracy is at that end exactly, so that the roots
+/// on all edges that meet there coincide. An edge of no length is its own root, without a normal,
+/// and F is not asked there. The result does not depend on what other edges are solved in the
+/// same call.
 pub(super) fn solve(field: &dyn Field, accuracy: Accuracy, edges: &[Edge]) -> (Vec<Root>, usize) {
     let at_start = |edge: &Edge| Root {
         position: edge.inside,
@@ -101,15 +102,13 @@ pub(super) fn solve(field: &dyn Field, accuracy: Accuracy, edges: &[Edge]) -> (V
 struct Search {
     /// The number of the edge in the list that is solved.
     index: usize,
-    axis: usize,
+    edge: Edge,
     /// The point at which F is wanted next.
     candidate: DVec3,
     /// The bracket: coordinates along the axis.
     inside: f64,
     outside: f64,
-    /// The greater |F − iso| at the ends of the edge.
-    end_value: f64,
-    /// The lengths of the last step and of the one before.
+    /// The lengths of the step before the last and of the last.
     steps: [f64; 2],
     /// The bracket cannot shrink any more; the candidate is its inside end.
     exhausted: bool,
@@ -117,28 +116,24 @@ struct Search {
 
 impl Search {
     fn new(index: usize, edge: &Edge) -> Self {
-        let length = (edge.outside - edge.inside[edge.axis]).abs();
         let mut search = Search {
             index,
-            axis: edge.axis,
+            edge: *edge,
             candidate: edge.inside,
             inside: edge.inside[edge.axis],
             outside: edge.outside,
-            // The maximum ignores a NaN.
-            end_value: edge.inside_value.abs().max(edge.outside_value.abs()),
-            steps: [length; 2],
+            steps: [(edge.outside - edge.inside[edge.axis]).abs(); 2],
             exhausted: false,
         };
+        let weight = edge.inside_value / (edge.inside_value - edge.outside_value);
+        let secant = search.inside + weight * (search.outside - search.inside);
+        // An infinite or undefined value at an end says nothing about where the root is.
         search.candidate[edge.axis] = if edge.outside_value == 0.0 {
             edge.outside
+        } else if edge.outside_value < f64::INFINITY && secant.is_finite() {
+            secant
         } else {
-            let secant = edge.inside_value / (edge.inside_value - edge.outside_value);
-            let start = search.inside + secant * (search.outside - search.inside);
-            if search.brackets(start) {
-                start
-            } else {
-                search.middle()
-            }
+            search.middle()
         };
         search
     }
@@ -164,13 +159,14 @@ impl Search {
         if residual <= distance || self.exhausted {
             return Some(self.root(value, gradient, residual, distance));
         }
-        let here = self.candidate[self.axis];
+        let axis = self.edge.axis;
+        let here = self.candidate[axis];
         if value < 0.0 {
             self.inside = here;
         } else {
             self.outside = here;
         }
-        let newton = here - value / gradient[self.axis];
+        let newton = here - value / gradient[axis];
         let halves = (newton - here).abs() <= 0.5 * self.steps[0];
         let next = if halves && self.brackets(newton) {
             newton
@@ -178,30 +174,47 @@ impl Search {
             self.middle()
         };
         self.steps = [self.steps[1], (next - here).abs()];
-        self.candidate[self.axis] = next;
-        // The bracket's ends are neighbours among the numbers, or differ by no more than
-        // neighbours of the candidate would: nothing is left to find. F at the inside end is
-        // certainly defined.
-        let resolution = f64::EPSILON * self.inside.abs().max(self.outside.abs());
-        if !self.brackets(next) || (self.outside - self.inside).abs() <= resolution {
+        self.candidate[axis] = next;
+        // A bracket as narrow as the spacing of numbers on the edge cannot shrink much more, and
+        // what is in it is no root. F at the inside end is certainly defined.
+        let farthest = self.edge.inside[axis].abs().max(self.edge.outside.abs());
+        let width = (self.outside - self.inside).abs();
+        if !self.brackets(next) || width <= f64::EPSILON * farthest {
             self.exhausted = true;
-            self.candidate[self.axis] = self.inside;
+            self.candidate[axis] = self.inside;
         }
         None
     }
 
+    /// The root at the candidate, or at an end of the edge if that is as good.
     fn root(&self, value: f64, gradient: DVec3, residual: f64, distance: f64) -> Root {
+        let Edge {
+            inside,
+            axis,
+            outside,
+            inside_value,
+            outside_value,
+        } = self.edge;
         // At a pole F changes sign too, and |F| / |F_x| is small there. But |F| has grown beyond
         // the values at both ends, and F falls where it should rise from the inside to the
         // outside. Either alone also happens at a true root, by rounding or between two others.
-        let rise = gradient[self.axis] * (self.outside - self.inside);
-        let pole = rise < 0.0 && value.abs() > self.end_value;
-        Root {
+        // The maximum ignores a NaN.
+        let rise = gradient[axis] * (outside - inside[axis]);
+        let pole = rise < 0.0 && value.abs() > inside_value.abs().max(outside_value.abs());
+        let mut root = Root {
             position: self.candidate,
             normal: unit_or_zero(gradient),
             residual,
             poor: pole || residual.is_nan() || residual > distance,
+        };
+        for (end, value) in [(inside[axis], inside_value), (outside, outside_value)] {
+            let residual = first_order_distance(value, gradient);
+            if !root.poor && residual <= distance && (end - root.position[axis]).abs() <= distance {
+                root.position[axis] = end;
+                root.residual = residual;
+            }
         }
+        root
     }
 }
 

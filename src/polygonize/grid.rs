@@ -275,12 +275,18 @@ impl<'a> Sweep<'a> {
         let rows = layer.inside.chunks_mut(stride).skip(ghost_rows);
         let mut seen = Seen::default();
         for (values, flags) in layer.values.chunks_mut(self.row).zip(rows) {
+            let mut nan = 0;
             for (value, flag) in values.iter_mut().zip(&mut flags[ghosts..]) {
                 *value -= self.iso;
                 *flag = u8::from(*value < 0.0);
+                nan += u64::from(value.is_nan());
             }
-            seen = seen.and(Seen::of_values(values));
+            // The ghosts beside the row have the flag 0.
+            let inside: u64 = flags.iter().map(|&flag| u64::from(flag)).sum();
+            seen.nan += nan as usize;
+            seen.inside += inside as usize;
         }
+        seen.outside = layer.values.len() - seen.inside - seen.nan;
         seen
     }
 
@@ -296,16 +302,24 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// Calls `visit` with every index at which two rows of flags differ, in ascending order.
+/// Calls `visit` with every index at which two rows of flags of equal length differ, in ascending
+/// order.
 pub(super) fn for_each_difference(one: &[u8], other: &[u8], mut visit: impl FnMut(usize)) {
-    // Rows are alike almost everywhere: eight flags at a time are compared as one number.
-    const WIDTH: usize = 8;
-    let chunks = one.chunks(WIDTH).zip(other.chunks(WIDTH));
-    for (number, (a, b)) in chunks.enumerate() {
-        if a != b {
-            for (offset, _) in a.iter().zip(b).enumerate().filter(|(_, (a, b))| a != b) {
-                visit(number * WIDTH + offset);
+    // Rows are alike almost everywhere: flags are compared many at a time.
+    const WIDTH: usize = 16;
+    let (chunks, rest) = one.as_chunks::<WIDTH>();
+    let (other_chunks, other_rest) = other.as_chunks::<WIDTH>();
+    let mut compare = |start: usize, one: &[u8], other: &[u8]| {
+        for (offset, (a, b)) in one.iter().zip(other).enumerate() {
+            if a != b {
+                visit(start + offset);
             }
         }
+    };
+    for (number, (one, other)) in chunks.iter().zip(other_chunks).enumerate() {
+        if one != other {
+            compare(number * WIDTH, one, other);
+        }
     }
+    compare(chunks.len() * WIDTH, rest, other_rest);
 }

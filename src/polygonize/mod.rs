@@ -68,7 +68,7 @@ pub struct Statistics {
     /// Grid points at which F is NaN.
     pub nan_points: usize,
     /// Whether the level set reaches the boundary of the box, so that it is left open or capped
-    /// there.
+    /// there; in R1, whether an end of the interval is a root.
     pub cut_by_box: bool,
     /// The greatest |F − iso| / |F_x| at a root, poor roots aside.
     pub max_residual: f64,
@@ -104,7 +104,8 @@ impl Statistics {
 /// A polygonized surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
-    /// The mesh, with normals F_x / |F_x|; counter-clockwise seen from F > iso.
+    /// The mesh, counter-clockwise seen from F > iso, with normals F_x / |F_x|; inside caps the
+    /// normals are those of the box.
     pub mesh: Mesh,
     /// What the work amounted to.
     pub statistics: Statistics,
@@ -131,13 +132,9 @@ pub struct Roots {
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PolygonizeError {
-    /// F has no zero that the grid shows. At least two of the three counts are 0, except in R1
-    /// and for changes of sign that are no roots.
-    #[error(
-        "no point with F = {iso} was found in the box: of {} grid points, F is less at {below}, \
-         not less at {above} and undefined at {undefined}",
-        below + above + undefined
-    )]
+    /// The grid shows no zero of F: it is either below the level everywhere or nowhere. (In R1
+    /// also if all changes of sign are poles, jumps or ends of the domain.)
+    #[error("{}", no_level(*iso, *below, *above, *undefined))]
     NoSurface {
         /// The box.
         bounds: Bounds,
@@ -355,6 +352,23 @@ fn require_level(options: &Options, seen: Seen) -> Result<(), PolygonizeError> {
         return Err(no_surface(options, seen));
     }
     Ok(())
+}
+
+/// What was seen instead of the level, in words.
+fn no_level(iso: f64, below: usize, above: usize, undefined: usize) -> String {
+    let points = below + above + undefined;
+    let kinds = [
+        (below, format!("F < {iso}")),
+        (above, format!("F ≥ {iso}")),
+        (undefined, "F is undefined".to_owned()),
+    ];
+    let part = |(count, what): (usize, String)| match count {
+        0 => None,
+        _ if count == points => Some(format!("{what} at all {points} grid points")),
+        _ => Some(format!("{what} at {count} of {points} grid points")),
+    };
+    let parts: Vec<String> = kinds.into_iter().filter_map(part).collect();
+    format!("no point with F = {iso} in the box: {}", parts.join(", "))
 }
 
 /// The error that says what was seen instead of a zero.

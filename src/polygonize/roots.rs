@@ -37,6 +37,8 @@ pub(super) fn find(
             ..Statistics::of_roots(&roots)
         });
     }
+    // Two roots within the tolerance of the grid point between them are both there.
+    found.dedup();
     let at_end = |root: &f64| *root == points[0] || *root == points[points.len() - 1];
     statistics.cut_by_box = found.iter().any(at_end);
     Ok((found, seen, statistics))

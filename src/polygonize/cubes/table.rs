@@ -183,11 +183,11 @@ fn in_common_face(one: usize, other: usize) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::collections::HashMap;
+    use std::collections::BTreeMap;
 
     /// How often each directed side occurs among the triangles of a case.
-    fn directed_sides(case: u8) -> HashMap<(u8, u8), usize> {
-        let mut sides = HashMap::new();
+    fn directed_sides(case: u8) -> BTreeMap<(u8, u8), usize> {
+        let mut sides = BTreeMap::new();
         for &[a, b, c] in TABLE.triangles(case) {
             for side in [(a, b), (b, c), (c, a)] {
                 *sides.entry(side).or_default() += 1;
@@ -271,19 +271,21 @@ mod tests {
             sides.sort_unstable();
             sides
         };
+        // Whether the corners of `one` at coordinate 1 are those of `other` at coordinate 0.
+        let agree = |one: u8, other: u8, axis: usize| {
+            let mut corners = (0..8).filter(|corner| corner >> axis & 1 == 0);
+            corners.all(|corner| one >> (corner | 1 << axis) & 1 == other >> corner & 1)
+        };
         for axis in 0..3 {
             let low: Vec<_> = (0..=255).map(|case| open_sides(case, axis, 0)).collect();
             let high: Vec<_> = (0..=255).map(|case| open_sides(case, axis, 1)).collect();
-            for one in 0..256usize {
-                for other in 0..256usize {
-                    let agree = (0..8usize)
-                        .filter(|corner| corner >> axis & 1 == 0)
-                        .all(|corner| one >> (corner | 1 << axis) & 1 == other >> corner & 1);
-                    if agree {
-                        let mut reversed: Vec<_> =
-                            low[other].iter().map(|&(from, to)| (to, from)).collect();
+            for (one, sides) in (0..=255).zip(&high) {
+                for (other, others) in (0..=255).zip(&low) {
+                    if agree(one, other, axis) {
+                        let reversed = others.iter().map(|&(from, to)| (to, from));
+                        let mut reversed: Vec<_> = reversed.collect();
                         reversed.sort_unstable();
-                        assert_eq!(high[one], reversed, "cases {one} and {other}, axis {axis}");
+                        assert_eq!(*sides, reversed, "cases {one} and {other}, axis {axis}");
                     }
                 }
             }
