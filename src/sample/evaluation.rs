@@ -89,7 +89,13 @@ impl Batch {
             &mut [&mut along_x[..], &mut along_y[..], &mut along_z[..]][..dimension],
         );
         (0..count).map(move |i| {
-            let component = |axis: usize| if axis < dimension { self.gradients[axis][i] } else { 0.0 };
+            let component = |axis: usize| {
+                if axis < dimension {
+                    self.gradients[axis][i]
+                } else {
+                    0.0
+                }
+            };
             Evaluation {
                 value: self.values[i],
                 gradient: DVec3::new(component(0), component(1), component(2)),
@@ -104,8 +110,11 @@ mod tests {
 
     #[test]
     fn lengths_survive_tiny_and_huge_components() {
-        assert_eq!(length(DVec3::new(3e-200, 4e-200, 0.0)), 5e-200);
-        assert_eq!(length(DVec3::new(0.0, 3e200, 4e200)), 5e200);
+        // 3, 4, 5 times powers of two, so that nothing is rounded.
+        for scale in [2.0_f64.powi(-700), 1.0, 2.0_f64.powi(700)] {
+            let vector = DVec3::new(0.0, 3.0 * scale, -4.0 * scale);
+            assert_eq!(length(vector), 5.0 * scale);
+        }
         assert_eq!(length(DVec3::ZERO), 0.0);
     }
 
