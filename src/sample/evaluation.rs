@@ -47,6 +47,11 @@ impl Evaluation {
 /// The length of a vector without the underflow and overflow of the squares: gradients in the
 /// far field of a Gaussian are easily as small as 1e-200 and still point the right way.
 pub(super) fn length(vector: DVec3) -> f64 {
+    let plain = vector.length();
+    if (1e-150..1e150).contains(&plain) {
+        // The squares that matter were normal numbers.
+        return plain;
+    }
     let largest = vector.abs().max_element();
     if largest == 0.0 || !largest.is_finite() {
         return largest;
