@@ -47,6 +47,11 @@ impl Evaluation {
 /// The length of a vector without the underflow and overflow of the squares: gradients in the
 /// far field of a Gaussian are easily as small as 1e-200 and still point the right way.
 pub(super) fn length(vector: DVec3) -> f64 {
+    let plain = vector.length();
+    if (1e-150..1e150).contains(&plain) {
+        // The squares that matter were normal numbers.
+        return plain;
+    }
     let largest = vector.abs().max_element();
     if largest == 0.0 || !largest.is_finite() {
         return largest;
@@ -89,7 +94,13 @@ impl Batch {
             &mut [&mut along_x[..], &mut along_y[..], &mut along_z[..]][..dimension],
         );
         (0..count).map(move |i| {
-            let component = |axis: usize| if axis < dimension { self.gradients[axis][i] } else { 0.0 };
+            let component = |axis: usize| {
+                if axis < dimension {
+                    self.gradients[axis][i]
+                } else {
+                    0.0
+                }
+            };
             Evaluation {
                 value: self.values[i],
                 gradient: DVec3::new(component(0), component(1), component(2)),
@@ -104,8 +115,11 @@ mod tests {
 
     #[test]
     fn lengths_survive_tiny_and_huge_components() {
-        assert_eq!(length(DVec3::new(3e-200, 4e-200, 0.0)), 5e-200);
-        assert_eq!(length(DVec3::new(0.0, 3e200, 4e200)), 5e200);
+        // 3, 4, 5 times powers of two, so that nothing is rounded.
+        for scale in [2.0_f64.powi(-700), 1.0, 2.0_f64.powi(700)] {
+            let vector = DVec3::new(0.0, 3.0 * scale, -4.0 * scale);
+            assert_eq!(length(vector), 5.0 * scale);
+        }
         assert_eq!(length(DVec3::ZERO), 0.0);
     }
 

@@ -85,7 +85,13 @@ pub(super) fn fly(
     let mut batch = Batch::default();
     let mut trials: Vec<DVec3> = Vec::with_capacity(flyers.len());
     let mut iteration = 0;
-    land(&mut flyers, &mut arrived, arena, tally, Flyer::fate_at_start);
+    land(
+        &mut flyers,
+        &mut arrived,
+        arena,
+        tally,
+        Flyer::fate_at_start,
+    );
     for flyer in &mut flyers {
         motion.release(&mut flyer.particle, arena.diagonal);
     }
@@ -198,7 +204,11 @@ impl Flyer {
             return Some(fate);
         }
         if self.releases >= VAIN_RELEASES {
-            return Some(if self.blocked { Fate::Unconverged } else { Fate::Spurious });
+            return Some(if self.blocked {
+                Fate::Unconverged
+            } else {
+                Fate::Spurious
+            });
         }
         self.stalled.then_some(Fate::Unconverged)
     }

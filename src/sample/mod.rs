@@ -7,9 +7,9 @@
 //! The two methods so far are the physically-based particles of Figueiredo and Gomes
 //! ("Physically-based sampling of implicit objects"): many particles are released at random,
 //! each moves towards the surface on its own, and where they come to rest is the sample. In
-//! reading order: a rule of motion ([`kinematic`], [`dynamic`]), the flight of particles under
-//! such a rule ([`flight`]), Newton's polish ([`newton`]), a release of particles from a box,
-//! through flight and polish ([`release`]), and the search for the right box ([`search`]).
+//! reading order: the rules of motion (`kinematic`, `dynamic`), the flight of particles under such a
+//! rule (`flight`), Newton's polish (`newton`), a release of particles from a box, through flight
+//! and polish (`release`), and the search for the right box (`search`).
 //! [`thin()`] makes a sample sparser and more even.
 
 mod dynamic;
@@ -155,7 +155,13 @@ pub fn sample(
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
         Method::Dynamic => {
             let friction = options.friction;
-            particles(field, &dynamic::Dynamic { friction }, start_box, options, monitor)
+            particles(
+                field,
+                &dynamic::Dynamic { friction },
+                start_box,
+                options,
+                monitor,
+            )
         }
     }
 }
@@ -194,7 +200,9 @@ fn particles(
     let progress = |fraction| monitor.progress("sample", fraction);
     let (points, tally) = release(&last, monitor, &progress).ok_or(SampleError::Cancelled)?;
     let samples = samples(start_box.dimension, &points);
-    let vanishing = points.iter().filter(|point| point.here.gradient == DVec3::ZERO);
+    let vanishing = points
+        .iter()
+        .filter(|point| point.here.gradient == DVec3::ZERO);
     let rarely_unconverged = tally.dropped.unconverged <= count / 100;
     let statistics = Statistics {
         started: count,
@@ -220,7 +228,7 @@ fn particles(
 /// Points with all that a sample says about them.
 fn samples(dimension: usize, points: &[Point]) -> Samples {
     let positions: Vec<DVec3> = points.iter().map(|point| point.position).collect();
-    let radii = radii::radii(dimension, &positions);
+    let radii = radii::radii(&positions);
     Samples {
         dimension,
         normals: points.iter().map(|point| point.here.normal()).collect(),
@@ -232,7 +240,9 @@ fn samples(dimension: usize, points: &[Point]) -> Samples {
 
 /// The box in which the search begins: the bounds, or -1..1.
 fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError> {
-    let corner = |value: f64| DVec3::from_array([0, 1, 2].map(|axis| if axis < dimension { value } else { 0.0 }));
+    let corner = |value: f64| {
+        DVec3::from_array([0, 1, 2].map(|axis| if axis < dimension { value } else { 0.0 }))
+    };
     let bounds = options.bounds.unwrap_or(Bounds {
         dimension,
         min: corner(-1.0),
@@ -258,7 +268,9 @@ fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError>
 
 /// Whether the options that are numbers lie in their ranges.
 fn check(options: &Options) -> Result<(), SampleError> {
-    let range = |option, expected, found: &dyn ToString| Err(out_of_range(option, expected, found.to_string()));
+    let range = |option, expected, found: &dyn ToString| {
+        Err(out_of_range(option, expected, found.to_string()))
+    };
     if let Some(count) = options.count
         && !(1..=Options::MOST).contains(&count)
     {

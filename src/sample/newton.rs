@@ -1,19 +1,27 @@
 //! Newton's polish: points that are close to the surface are put on it.
 //!
-//! The step is x ← x - λ h ∇h / |∇h|², the shortest way to where the linear part of h vanishes.
-//! It is damped: λ is halved until |h| falls enough (Armijo's rule, as in Nocedal and Wright,
-//! "Numerical Optimization", section 3.1) and grows back afterwards. Where a step overshoots,
-//! because the gradient turns or vanishes on the surface, h has changed sign on the way; then
-//! the zero between is found by bisection. Convergence is quadratic at regular points and
-//! linear at singular ones.
+//! The step is x ← x - λ h ∇h / |∇h|², the shortest way to where the linear part of h vanishes,
+//! and at regular points that is all there is: convergence is quadratic. The rest is for the
+//! others, which real models have (the tip of a heart, the crease of a difference):
+//!
+//! * A step that does not lower |h| enough is rejected (Armijo's rule, as in Nocedal and Wright,
+//!   "Numerical Optimization", section 3.1) and λ is halved.
+//! * If such a step has overshot, h has changed sign on the way, and the zero between is found by
+//!   bisection.
+//! * If not, the gradient has turned on the way: the step crossed a narrow valley of |h|, or a
+//!   crease. Then ∇h in the formula is replaced by the shortest vector between it and the gradient
+//!   at the rejected place, which points along the valley. (The idea is that of gradient sampling:
+//!   Burke, Lewis and Overton, "A robust gradient sampling algorithm for nonsmooth, nonconvex
+//!   optimization", SIAM Journal on Optimization 15, 2005.)
 
 use glam::DVec3;
 
 use super::evaluation::{Batch, Evaluation, length};
 use crate::engine::Field;
 
-/// The largest number of evaluations per point. A zero of multiplicity m needs
-/// log(accuracy) / log(1 - 1/m) steps: about 100 for m = 7 from 1e-4 to 1e-9 and below.
+/// The largest number of evaluations per point. A regular point needs two or three. A zero of
+/// multiplicity m needs log(accuracy) / log(1 - 1/m), about 75 for m = 7 from 1e-4 to 1e-9, and
+/// the way along the valley to a cusp takes some hundreds.
 const EVALUATION_LIMIT: u32 = 500;
 
 /// A step shorter than this part of Newton's is no progress worth having.
@@ -139,7 +147,9 @@ impl Walker {
         let overshot = self.point.here.value.signum() != trial.here.value.signum();
         if !trial.here.is_defined() {
             self.damping /= 2.0;
-        } else if self.beyond.is_some() || (overshot && trial.level() > decrease * self.point.level()) {
+        } else if self.beyond.is_some()
+            || (overshot && trial.level() > decrease * self.point.level())
+        {
             self.bracket(trial, overshot);
         } else if trial.level() <= decrease * self.point.level() {
             self.point = trial;

@@ -77,11 +77,18 @@ pub(super) trait Motion: Sync {
 /// The length of the first displacement of a particle: min(|h| / |∇h|, 0.1 L), that is Newton's
 /// estimate of the distance to the surface, within the cap.
 pub(super) fn first_displacement(particle: &Particle, diagonal: f64) -> f64 {
-    particle.here.distance().min(LONGEST_DISPLACEMENT * diagonal)
+    particle
+        .here
+        .distance()
+        .min(LONGEST_DISPLACEMENT * diagonal)
 }
 
 /// The factor (at most 1) that shortens a displacement of the given length to the cap.
 pub(super) fn shortening(displacement: f64, diagonal: f64) -> f64 {
     let cap = LONGEST_DISPLACEMENT * diagonal;
-    if displacement > cap { cap / displacement } else { 1.0 }
+    if displacement > cap {
+        cap / displacement
+    } else {
+        1.0
+    }
 }

@@ -70,7 +70,10 @@ mod tests {
             bins[(number * 10.0) as usize] += 1;
         }
         // Binomial with mean 1,000 and standard deviation 30: five deviations.
-        assert!(bins.iter().all(|&bin| bin.abs_diff(1_000) < 150), "{bins:?}");
+        assert!(
+            bins.iter().all(|&bin| bin.abs_diff(1_000) < 150),
+            "{bins:?}"
+        );
     }
 
     #[test]

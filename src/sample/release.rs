@@ -98,7 +98,14 @@ fn release_chunk(
     };
     let particles = start(release, indices, &mut tally);
     let field = release.field;
-    let arrived = fly(field, release.motion, &arena, particles, &mut tally, cancelled);
+    let arrived = fly(
+        field,
+        release.motion,
+        &arena,
+        particles,
+        &mut tally,
+        cancelled,
+    );
     let wanted = Polish {
         tolerance: release.tolerance * diagonal,
         leash: LEASH * arena.arrival,

@@ -26,6 +26,10 @@ const GROWTH: f64 = 4.0;
 /// this part of its diagonal. A few hundred random points miss that much of a box anyway.
 const MARGIN: f64 = 0.02;
 
+/// Finds closer than this part of the search box are the same. Larger than any sensible
+/// tolerance, smaller than any sensible feature.
+const ROUNDING: f64 = 1e-6;
+
 /// Particles a round: enough to see a component that catches one particle in a hundred.
 const FEWEST: u64 = 128;
 const MOST: u64 = 1000;
@@ -75,7 +79,8 @@ pub(super) fn locate(
             // More particles in the same box are the business of the final sample.
             (None, Some(_)) => break,
         };
-        located.settled = nothing_new(earlier, found) || next == located.bounds;
+        let nothing_new = nothing_new(earlier, found, round.bounds);
+        located.settled = nothing_new && !is_lost_in(found, round.bounds) || next == round.bounds;
         located.bounds = next;
     }
     if found.is_none() {
@@ -109,10 +114,11 @@ fn bounding_box(earlier: Option<Bounds>, points: &[Point], dimension: usize) -> 
     })
 }
 
-/// The box of twice the size around what was found, within the bounds that are given. A flat
-/// find gets some thickness: a tenth of its largest side, a thousandth of the present box.
+/// The box of twice the size around what was found, within the bounds that are given. It does
+/// not shrink by more than a factor of about ten a round: what is found from far away is often
+/// only the near side of the surface. And a flat find gets some thickness.
 fn around(found: Bounds, present: Bounds, given: Option<Bounds>) -> Bounds {
-    let thinnest = (0.1 * found.size().max_element()).max(1e-3 * present.diagonal());
+    let thinnest = 0.1 * found.size().max_element().max(0.5 * present.diagonal());
     let mut bounds = found;
     for axis in 0..found.dimension {
         let half = 0.5 * ENLARGEMENT * found.size()[axis].max(thinnest);
@@ -129,11 +135,20 @@ fn around(found: Bounds, present: Bounds, given: Option<Bounds>) -> Bounds {
     }
 }
 
-fn nothing_new(earlier: Option<Bounds>, found: Option<Bounds>) -> bool {
+/// Whether the surface is so small in the box that was searched that another round in a smaller
+/// one is better. (A single point, such as a root in R1, is as well sampled as it can be.)
+fn is_lost_in(found: Option<Bounds>, searched: Bounds) -> bool {
+    let part = found.map_or(0.0, |found| found.diagonal() / searched.diagonal());
+    part > ROUNDING && part < 0.5 / (ENLARGEMENT * ENLARGEMENT)
+}
+
+/// Whether the finds of this round lie within the earlier ones, up to the margin and to what is
+/// rounding in the box that was searched (the finds may be a single point).
+fn nothing_new(earlier: Option<Bounds>, found: Option<Bounds>, searched: Bounds) -> bool {
     let (Some(earlier), Some(found)) = (earlier, found) else {
         return false;
     };
-    let margin = DVec3::splat(MARGIN * earlier.diagonal().max(1e-6 * found.center().length()));
+    let margin = DVec3::splat(MARGIN * earlier.diagonal() + ROUNDING * searched.diagonal());
     let widened = Bounds {
         min: earlier.min - margin,
         max: earlier.max + margin,

@@ -74,7 +74,7 @@ pub fn thin(samples: &Samples, delta: f64, keep: Keep<'_>) -> Result<Samples, Sa
             .map(|bucket| barycentre(&samples.positions, bucket));
         replace_by_barycentres(&mut thinned, barycentres, field, delta, extent.length());
     }
-    thinned.radii = radii(thinned.dimension, &thinned.positions);
+    thinned.radii = radii(&thinned.positions);
     Ok(thinned)
 }
 
@@ -84,12 +84,20 @@ fn fold(positions: &[DVec3], pick: fn(DVec3, DVec3) -> DVec3) -> DVec3 {
 }
 
 fn pick<T: Copy>(list: &[T], places: &[usize]) -> Vec<T> {
-    places.iter().filter_map(|&place| list.get(place).copied()).collect()
+    places
+        .iter()
+        .filter_map(|&place| list.get(place).copied())
+        .collect()
 }
 
 /// The buckets that hold points: for each, the places of its points in the list, ascending.
 fn buckets(positions: &[DVec3], low: DVec3, delta: f64) -> Vec<Vec<usize>> {
-    let key = |position: DVec3| ((position - low) / delta).floor().to_array().map(|k| k as i64);
+    let key = |position: DVec3| {
+        ((position - low) / delta)
+            .floor()
+            .to_array()
+            .map(|k| k as i64)
+    };
     let mut keyed: Vec<([i64; 3], usize)> = positions
         .iter()
         .enumerate()
@@ -138,7 +146,10 @@ fn replace_by_barycentres(
     };
     let mut batch = Batch::default();
     let there = batch.evaluate(field, barycentres.iter().copied());
-    let points = barycentres.iter().zip(there).map(|(&position, here)| Point { position, here });
+    let points = barycentres
+        .iter()
+        .zip(there)
+        .map(|(&position, here)| Point { position, here });
     let points: Vec<Point> = points.collect();
     let (polished, _) = polish(field, &wanted, points.into_iter());
     for (place, point) in polished.into_iter().enumerate() {

@@ -133,7 +133,10 @@ pub(crate) fn spurious_circle() -> impl Field {
     field(2, |p| {
         let s = p.x * p.x + p.y * p.y;
         let value = s * s * s / 3.0 - 2.75 * s * s + 7.0 * s - (1.0 / 3.0 - 2.75 + 7.0);
-        (value, 2.0 * (s - 2.0) * (s - 3.5) * DVec3::new(p.x, p.y, 0.0))
+        (
+            value,
+            2.0 * (s - 2.0) * (s - 3.5) * DVec3::new(p.x, p.y, 0.0),
+        )
     })
 }
 
