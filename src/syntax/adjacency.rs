@@ -65,11 +65,8 @@ fn describe(
     if opener.is_none() && attached && right_token == Token::Name {
         let (number, name) = (slice(left), slice(right));
         if name.starts_with('_') {
-            return Diagnostic::error(
-                Code::BadNumber,
-                "`_` in a number stands between two digits",
-            )
-            .label(left.to(right), "malformed number");
+            return Diagnostic::error(Code::BadNumber, "`_` in a number stands between two digits")
+                .label(left.to(right), "malformed number");
         }
         if number.ends_with("deg") || number.ends_with("turn") {
             let written = format!("{number}{name}");

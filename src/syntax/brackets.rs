@@ -99,9 +99,7 @@ impl Check<'_> {
     fn outside_lists(&self) -> usize {
         self.open
             .iter()
-            .rposition(|&(token, _)| {
-                matches!(token, Token::OpenBrace | Token::InterpolationStart)
-            })
+            .rposition(|&(token, _)| matches!(token, Token::OpenBrace | Token::InterpolationStart))
             .map_or(0, |brace| brace + 1)
     }
 
@@ -126,10 +124,14 @@ impl Check<'_> {
             self.open.pop();
             return;
         }
+        // A bracket in a string's interpolation has no partner outside.
         let partner = self
             .open
             .iter()
-            .rposition(|&(token, _)| token.closer() == Some(closer));
+            .rposition(|&(token, _)| {
+                token.closer() == Some(closer) || token == Token::InterpolationStart
+            })
+            .filter(|&at| self.open[at].0.closer() == Some(closer));
         if let Some(partner) = partner {
             let found = format!("but {closer} comes first");
             self.report_unclosed(place, &found);
@@ -138,9 +140,7 @@ impl Check<'_> {
             return;
         }
         match self.open.last().copied() {
-            Some((opener @ (Token::OpenParenthesis | Token::OpenBracket), start))
-                if closer != Token::CloseBrace =>
-            {
+            Some((opener @ (Token::OpenParenthesis | Token::OpenBracket), start)) => {
                 self.open.pop();
                 let meant = opener.closer().unwrap_or(closer);
                 self.repairs.push(Repair::Replace(index, meant));
@@ -261,7 +261,8 @@ mod tests {
             ("[1, 2)", "[]", "`[` is closed with `)`"),
             ("1 + 2)", "", "`)` closes nothing"),
             ("}", "", "`}` closes nothing"),
-            ("(1}", "()", "`}` closes nothing"),
+            ("(1}", "()", "`(` is closed with `}`"),
+            ("f(\"{)}\")", "(«»)", "`)` closes nothing"),
             ("f(1\nlet a = [2]", "()[]", "`(` is never closed"),
             ("{ f([1\nlet a = 2 }", "{([])}", "`[` is never closed"),
             ("\"{f(x}\"", "«()»", "`(` is never closed"),

@@ -21,10 +21,12 @@ pub(super) fn drop_insignificant_newlines(tokens: &mut Vec<Spanned>) {
             let after = kept
                 .checked_sub(1)
                 .is_none_or(|before| tokens[before].0.wants_more());
-            let before = tokens
-                .get(index + 1)
-                .is_some_and(|(next, _)| next.continues_statement());
-            if in_list || after || before {
+            let next = tokens.get(index + 1).map(|&(next, _)| next);
+            let before = next.is_some_and(Token::continues_statement);
+            // After a statement that was left unfinished a new one begins all the same, so that
+            // one mistake does not spoil two statements.
+            let definition = kept > 0 && next.is_some_and(Token::starts_definition);
+            if in_list || (after && !definition) || before {
                 continue;
             }
         } else if token.closer().is_some() {
@@ -95,10 +97,7 @@ mod tests {
 
     #[test]
     fn braces_inside_parentheses_bring_line_ends_back() {
-        assert_eq!(
-            laid_out("f(\n{\na\nb\n}\n)\nc"),
-            "f ( { ¶ a ¶ b ¶ } ) ¶ c"
-        );
+        assert_eq!(laid_out("f(\n{\na\nb\n}\n)\nc"), "f ( { ¶ a ¶ b ¶ } ) ¶ c");
     }
 
     #[test]
@@ -107,7 +106,10 @@ mod tests {
             "+", "-", "*", "/", "%", "@", "^", "|", "&", "\\", "!", "==", "<", "=", "->", "|>",
             "..", ",", "and", "or", "not", "with", "by", "in", "over", "then", "else",
         ] {
-            assert_eq!(laid_out(&format!("a {operator}\nb")), format!("a {operator} b"));
+            assert_eq!(
+                laid_out(&format!("a {operator}\nb")),
+                format!("a {operator} b")
+            );
         }
     }
 
@@ -117,8 +119,16 @@ mod tests {
             ".", "|>", "*", "/", "%", "@", "+", "^", "|", "&", "\\", "==", "!=", "<", "<=", ">",
             ">=", "..", "->", "and", "or", "then", "else", "with", "over", "by", "in",
         ] {
-            assert_eq!(laid_out(&format!("a\n\n{operator} b")), format!("a {operator} b"));
+            assert_eq!(
+                laid_out(&format!("a\n\n{operator} b")),
+                format!("a {operator} b")
+            );
         }
+    }
+
+    #[test]
+    fn a_definition_begins_even_where_the_line_before_wants_more() {
+        assert_eq!(laid_out("let a =\nlet b = 1"), "let a = ¶ let b = 1");
     }
 
     #[test]

@@ -493,7 +493,9 @@ fn is_name_character(character: char) -> bool {
 /// What was probably meant by a character that looks like one of ours.
 fn meant_instead(character: char) -> Option<&'static str> {
     Some(match character {
-        '\'' | '‘' | '’' | '“' | '”' | '„' | '`' => "strings stand in straight double quotes, `\"`",
+        '\'' | '‘' | '’' | '“' | '”' | '„' | '`' => {
+            "strings stand in straight double quotes, `\"`"
+        }
         '−' | '–' | '—' => "the minus sign is the hyphen, `-`",
         '×' | '·' | '⋅' => "a product is written with `*`",
         '÷' => "a quotient is written with `/`",

@@ -114,8 +114,8 @@ fn with_independent(
     let part = |span: Span| borders.partition_point(|&border| border < span.start);
     let mut spoilt: Vec<usize> = reported
         .iter()
-        .flat_map(|diagnostic| &diagnostic.labels)
-        .map(|label| part(label.span))
+        .filter_map(Diagnostic::span)
+        .map(part)
         .collect();
     spoilt.sort_unstable();
     reported.extend(mistakes.into_iter().filter(|mistake| {

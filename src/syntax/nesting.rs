@@ -112,7 +112,15 @@ mod tests {
 
     #[test]
     fn chains_to_the_right_are_bounded() {
-        for link in ["-", "!", "not ", "x^", "x -> ", "if a then b else ", "- x -> 1 + "] {
+        for link in [
+            "-",
+            "!",
+            "not ",
+            "x^",
+            "x -> ",
+            "if a then b else ",
+            "- x -> 1 + ",
+        ] {
             assert!(passes(&(link.repeat(900) + "x")), "{link}");
             assert!(!passes(&(link.repeat(2_001) + "x")), "{link}");
         }

@@ -193,10 +193,7 @@ impl Token {
     /// Whether the line after it goes on with its statement: an operator wants its operand.
     pub(super) fn wants_more(self) -> bool {
         self.continues_statement()
-            || matches!(
-                self,
-                Token::Minus | Token::Bang | Token::Not | Token::Comma
-            )
+            || matches!(self, Token::Minus | Token::Bang | Token::Not | Token::Comma)
     }
 
     /// Whether it can only stand at the start of a statement. Such a word at the start of a line

@@ -37,16 +37,17 @@ expectations! {
     FieldName "the field's name",
     FunctionName "the function's name",
     PropertyName "the name of a property after `.`",
-    BindingName "the name of a parameter, as in `with {r = 2}`",
+    BindingName "the name of a parameter",
     Pattern "a name or a list of names",
     Coordinate "the name of a coordinate",
     OpenCoordinates "`(` and the field's coordinates",
     OpenParameters "`(` and the function's parameters",
     Space "`R1`, `R2` or `R3`",
     OpenBindings "`{` after `with`",
-    OpenBody "`{`",
     Operator "an operator",
+    OpenBody "`{`",
     Comma "`,`",
+    Over "`over`",
     EqualsAfterName "`=` after the name",
     EqualsAfterPattern "`=` after the names",
     EqualsAfterCoordinates "`=` after the field's coordinates",
@@ -54,9 +55,8 @@ expectations! {
     BodyAfterParameters "`=` or `{` after the function's parameters",
     InAfterPattern "`in` after the names",
     InAfterCoordinate "`in`",
-    Over "`over`",
     Range "`in` and a range",
-    ThenOrBlock "`then` or `{` after the condition",
+    Then "`then`",
     Else "`else`",
     IfOrBlock "`if` or `{` after `else`",
     Comprehension "`for`",
@@ -158,7 +158,10 @@ pub(super) fn describe(error: SyntaxError, text: &str, tokens: &[Spanned]) -> Di
         .map(|&(token, _)| token);
     let expected = expected_words(&error);
     let message = match &expected {
-        Some(expected) => format!("expected {expected}, found {}", found_words(&error, found, text)),
+        Some(expected) => format!(
+            "expected {expected}, found {}",
+            found_words(&error, found, text)
+        ),
         None => format!("unexpected {}", found_words(&error, found, text)),
     };
     let label = expected.map_or_else(
@@ -230,24 +233,24 @@ fn hint(
         (Some(token), _) if wants_name && token.is_keyword() => Some(format!(
             "{token} is a word of the language, so it cannot be a name"
         )),
+        (Some(Token::Assign), _) if error.expects(E::Operator) => {
+            Some("`==` asks whether two values are equal; `=` gives a name its value".to_owned())
+        }
+        (Some(Token::Arrow), _) => Some(
+            "the parameters of a function stand before `->`: `x -> …` or `(x, y) -> …`".to_owned(),
+        ),
         (_, [.., (keyword, _), (Token::Name, name)]) if error.expects(E::EqualsAfterName) => {
             Some(format!("write `{} {} = …`", keyword.text(), word(*name)))
         }
         _ if error.expects(E::BodyAfterParameters) => {
             Some("write `fn f(x) = x^2` or `fn f(x) { … }`".to_owned())
         }
-        _ if error.expects(E::EqualsAfterCoordinates) => Some(
-            "write `field f(x, y, z) = …`, or `field f(x, y, z) over -1..1 = …`".to_owned(),
-        ),
-        _ if error.expects(E::ThenOrBlock) || error.expects(E::Else) => {
+        _ if error.expects(E::EqualsAfterCoordinates) => {
+            Some("write `field f(x, y, z) = …`, or `field f(x, y, z) over -1..1 = …`".to_owned())
+        }
+        _ if error.expects(E::Then) || error.expects(E::Else) => {
             Some("write `if c then a else b` or `if c { … } else { … }`".to_owned())
         }
-        (Some(Token::Assign), _) if error.expects(E::Operator) => Some(
-            "`==` asks whether two values are equal; `=` gives a name its value".to_owned(),
-        ),
-        (Some(Token::Arrow), _) => Some(
-            "the parameters of a function stand before `->`: `x -> …` or `(x, y) -> …`".to_owned(),
-        ),
         (_, [.., (Token::Number, number), (Token::Dot, dot)]) if number.end == dot.start => {
             Some(format!(
                 "a number has a digit on both sides of its point: `{}.0`",

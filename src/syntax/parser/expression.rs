@@ -45,18 +45,40 @@ fn operators<'source>(
     operand
         .pratt((
             prefix(0, function_head, function),
-            infix(left(1), pipe_operator(), |left, _, right, place: &mut Place<'source, '_>| {
-                build::pipe(left, right, place)
-            }),
+            infix(
+                left(1),
+                pipe_operator(),
+                |left, _, right, place: &mut Place<'source, '_>| build::pipe(left, right, place),
+            ),
             postfix(2, bindings, with),
-            infix(left(3), binary_operator(&[(Token::Or, B::Or)]), build::binary),
-            infix(left(4), binary_operator(&[(Token::And, B::And)]), build::binary),
+            infix(
+                left(3),
+                binary_operator(&[(Token::Or, B::Or)]),
+                build::binary,
+            ),
+            infix(
+                left(4),
+                binary_operator(&[(Token::And, B::And)]),
+                build::binary,
+            ),
             prefix(5, negation(), build::unary),
             infix(left(6), comparison_operator(), build::comparison),
             infix(left(7), range_operator(), range),
-            infix(left(8), binary_operator(&[(Token::Bar, B::Union)]), build::binary),
-            infix(left(9), binary_operator(&[(Token::Ampersand, B::Intersection)]), build::binary),
-            infix(left(10), binary_operator(&[(Token::Backslash, B::Difference)]), build::binary),
+            infix(
+                left(8),
+                binary_operator(&[(Token::Bar, B::Union)]),
+                build::binary,
+            ),
+            infix(
+                left(9),
+                binary_operator(&[(Token::Ampersand, B::Intersection)]),
+                build::binary,
+            ),
+            infix(
+                left(10),
+                binary_operator(&[(Token::Backslash, B::Difference)]),
+                build::binary,
+            ),
             infix(
                 left(11),
                 binary_operator(&[(Token::Plus, B::Add), (Token::Minus, B::Subtract)]),
@@ -73,7 +95,11 @@ fn operators<'source>(
                 build::binary,
             ),
             prefix(13, sign(), build::unary),
-            infix(right(14), binary_operator(&[(Token::Caret, B::Power)]), build::binary),
+            infix(
+                right(14),
+                binary_operator(&[(Token::Caret, B::Power)]),
+                build::binary,
+            ),
             postfix(15, postfixes, build::postfix),
         ))
         .boxed()
@@ -167,7 +193,10 @@ fn postfixes<'source>(
     let call = token(Token::OpenParenthesis, Expectation::Operator)
         .ignore_then(
             arguments(expression.clone())
-                .then_ignore(token(Token::CloseParenthesis, Expectation::CloseParenthesis))
+                .then_ignore(token(
+                    Token::CloseParenthesis,
+                    Expectation::CloseParenthesis,
+                ))
                 .recover_with(via_parser(
                     rest_of_brackets().map(|()| Deep::new(Vec::new(), 0)),
                 )),
@@ -258,9 +287,7 @@ fn is_bare(expression: &Expression) -> bool {
 }
 
 /// `e`, or `e for x in xs if c …` as a comprehension.
-fn element<'source>(
-    expression: Rule<'source, DeepExpression>,
-) -> Rule<'source, DeepExpression> {
+fn element<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, DeepExpression> {
     expression
         .clone()
         .then(clauses(expression).or_not())
@@ -358,7 +385,10 @@ fn function_head<'source>(
                 .allow_trailing()
                 .collect::<Vec<_>>()
                 .map(gather)
-                .then_ignore(token(Token::CloseParenthesis, Expectation::CloseParenthesis))
+                .then_ignore(token(
+                    Token::CloseParenthesis,
+                    Expectation::CloseParenthesis,
+                ))
                 .recover_with(via_parser(
                     rest_of_brackets().map(|()| Deep::new(Vec::new(), 0)),
                 )),

@@ -45,7 +45,8 @@ pub(super) type Input<'source> = MappedInput<'source, Token, Span, &'source [Spa
 pub(super) type Extra<'source> = Full<SyntaxError, SimpleState<State<'source>>, ()>;
 
 /// A rule of the grammar. Each is boxed, which keeps the types short and compilation quick.
-pub(super) type Rule<'source, T> = chumsky::Boxed<'source, 'source, Input<'source>, T, Extra<'source>>;
+pub(super) type Rule<'source, T> =
+    chumsky::Boxed<'source, 'source, Input<'source>, T, Extra<'source>>;
 
 /// Where a rule is when it builds a node.
 pub(super) type Place<'source, 'parse> = MapExtra<'source, 'parse, Input<'source>, Extra<'source>>;
@@ -94,15 +95,18 @@ pub(super) fn pick<'source, T>(
     expectation: Expectation,
     pick: impl Fn(Token) -> Option<T> + Clone,
 ) -> impl Parser<'source, Input<'source>, T, Extra<'source>> + Clone {
-    custom(move |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
-        match input.peek().and_then(&pick) {
+    custom(
+        move |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| match input
+            .peek()
+            .and_then(&pick)
+        {
             Some(value) => {
                 input.skip();
                 Ok(value)
             }
             None => Err(SyntaxError::expected(expectation, next_span(input))),
-        }
-    })
+        },
+    )
 }
 
 /// That token.
@@ -127,47 +131,57 @@ pub(super) fn name<'source>(
 /// Brackets are balanced, so it always fits after an open one.
 pub(super) fn rest_of_brackets<'source>()
 -> impl Parser<'source, Input<'source>, (), Extra<'source>> + Clone {
-    custom(|input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
-        let mut open = 1_usize;
-        while let Some(token) = input.next() {
-            if token.closer().is_some() {
-                open += 1;
-            } else if token.is_closer() {
-                open -= 1;
-                if open == 0 {
-                    return Ok(());
+    custom(
+        |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
+            let mut open = 1_usize;
+            while let Some(token) = input.next() {
+                if token.closer().is_some() {
+                    open += 1;
+                } else if token.is_closer() {
+                    open -= 1;
+                    if open == 0 {
+                        return Ok(());
+                    }
                 }
             }
-        }
-        Err(SyntaxError::expected(Expectation::CloseParenthesis, next_span(input)))
-    })
+            Err(SyntaxError::expected(
+                Expectation::CloseParenthesis,
+                next_span(input),
+            ))
+        },
+    )
 }
 
 /// Skips to the end of the statement, over at least one token.
 pub(super) fn rest_of_statement<'source>()
 -> impl Parser<'source, Input<'source>, (), Extra<'source>> + Clone {
-    custom(|input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
-        let mut open = 0_usize;
-        let mut skipped = false;
-        while let Some(token) = input.peek() {
-            let ends = matches!(token, Token::Newline | Token::Semicolon) || token.is_closer();
-            if open == 0 && ends {
-                break;
+    custom(
+        |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
+            let mut open = 0_usize;
+            let mut skipped = false;
+            while let Some(token) = input.peek() {
+                let ends = matches!(token, Token::Newline | Token::Semicolon) || token.is_closer();
+                if open == 0 && ends {
+                    break;
+                }
+                if token.closer().is_some() {
+                    open += 1;
+                } else if token.is_closer() {
+                    open -= 1;
+                }
+                input.skip();
+                skipped = true;
             }
-            if token.closer().is_some() {
-                open += 1;
-            } else if token.is_closer() {
-                open -= 1;
+            if skipped {
+                Ok(())
+            } else {
+                Err(SyntaxError::expected(
+                    Expectation::EndOfStatement,
+                    next_span(input),
+                ))
             }
-            input.skip();
-            skipped = true;
-        }
-        if skipped {
-            Ok(())
-        } else {
-            Err(SyntaxError::expected(Expectation::EndOfStatement, next_span(input)))
-        }
-    })
+        },
+    )
 }
 
 /// The place of the next token, which is not taken; of the end where there is none.

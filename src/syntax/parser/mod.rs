@@ -51,3 +51,6 @@ pub(super) fn parse(
     diagnostics.extend(state.too_deep.map(too_deep));
     (statements.unwrap_or_default(), diagnostics)
 }
+
+#[cfg(test)]
+mod tests;

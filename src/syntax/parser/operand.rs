@@ -75,7 +75,10 @@ fn group<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, De
     token(Token::OpenParenthesis, Expectation::Expression)
         .ignore_then(
             expression
-                .then_ignore(token(Token::CloseParenthesis, Expectation::CloseParenthesis))
+                .then_ignore(token(
+                    Token::CloseParenthesis,
+                    Expectation::CloseParenthesis,
+                ))
                 .recover_with(via_parser(skipped_brackets())),
         )
         .map_with(|inner, place: &mut Place<'source, '_>| {
@@ -172,9 +175,7 @@ fn text<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, Dee
                 ))
                 .recover_with(via_parser(skipped_brackets().map(|error| (error, None)))),
         )
-        .map(|(value, precision)| {
-            value.map(|value| TextPart::Interpolation { value, precision })
-        })
+        .map(|(value, precision)| value.map(|value| TextPart::Interpolation { value, precision }))
         .boxed();
     token(Token::StringStart, Expectation::Expression)
         .ignore_then(characters.or(interpolation).repeated().collect::<Vec<_>>())
@@ -193,7 +194,7 @@ fn conditional<'source>(
     block: Rule<'source, DeepExpression>,
 ) -> Rule<'source, DeepExpression> {
     recursive(|conditional| {
-        let short = token(Token::Then, Expectation::ThenOrBlock)
+        let short = token(Token::Then, Expectation::Then)
             .ignore_then(expression.clone())
             .then_ignore(token(Token::Else, Expectation::Else))
             .then(expression.clone())
@@ -206,10 +207,7 @@ fn conditional<'source>(
                     .labelled(Expectation::IfOrBlock),
             )
             .or_not();
-        let long = block
-            .labelled(Expectation::ThenOrBlock)
-            .then(otherwise)
-            .boxed();
+        let long = block.then(otherwise).boxed();
         token(Token::If, Expectation::Expression)
             .ignore_then(expression)
             .then(short.or(long))

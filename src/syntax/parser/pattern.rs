@@ -11,22 +11,31 @@ use crate::syntax::tree::{FunctionParameter, Name, Pattern};
 /// A name, or a list of patterns as in `[a, [b, c]]`.
 pub(super) fn pattern<'source>(expectation: Expectation) -> Rule<'source, Pattern> {
     recursive(|pattern| {
-        let list = token(Token::OpenBracket, expectation)
-            .ignore_then(
-                pattern
-                    .separated_by(token(Token::Comma, Expectation::Comma))
-                    .allow_trailing()
-                    .collect::<Vec<_>>(),
-            )
-            .then_ignore(token(Token::CloseBracket, Expectation::CloseBracket))
-            .map_with(|elements, place: &mut Place<'source, '_>| {
-                Pattern::List(elements, place.span())
-            });
-        // A name that an arrow follows by mistake is a name all the same.
         let name = name(expectation).map(Pattern::Name);
-        name.boxed().or(list.boxed())
+        name.boxed().or(list_of(pattern.boxed(), expectation))
     })
     .boxed()
+}
+
+/// A list of patterns.
+pub(super) fn list_pattern<'source>(expectation: Expectation) -> Rule<'source, Pattern> {
+    list_of(pattern(expectation), expectation)
+}
+
+fn list_of<'source>(
+    pattern: Rule<'source, Pattern>,
+    expectation: Expectation,
+) -> Rule<'source, Pattern> {
+    token(Token::OpenBracket, expectation)
+        .ignore_then(
+            pattern
+                .separated_by(token(Token::Comma, Expectation::Comma))
+                .allow_trailing()
+                .collect::<Vec<_>>(),
+        )
+        .then_ignore(token(Token::CloseBracket, Expectation::CloseBracket))
+        .map_with(|elements, place: &mut Place<'source, '_>| Pattern::List(elements, place.span()))
+        .boxed()
 }
 
 /// A pattern, with or without a default.

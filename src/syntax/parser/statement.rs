@@ -9,7 +9,7 @@ use super::error::{Expectation, SyntaxError};
 use super::expression::expression;
 use super::input::{Extra, Input, Place, Rule, next_span, pick, rest_of_statement, token};
 use super::input::{name, rest_of_brackets};
-use super::pattern::{parameter, pattern};
+use super::pattern::{list_pattern, parameter, pattern};
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::syntax::token::Token;
 use crate::syntax::tree::{
@@ -85,15 +85,17 @@ fn recovering<'source>(kind: Rule<'source, DeepKind>) -> Rule<'source, Deep<Stat
 
 /// Looks whether a statement can end here; takes nothing.
 fn end_of_statement<'source>() -> Rule<'source, ()> {
-    custom(|input: &mut chumsky::input::InputRef<'source, '_, Input<'source>, Extra<'source>>| {
-        match input.peek() {
-            None | Some(Token::Newline | Token::Semicolon | Token::CloseBrace) => Ok(()),
-            Some(_) => Err(SyntaxError::expected(
-                Expectation::EndOfStatement,
-                next_span(input),
-            )),
-        }
-    })
+    custom(
+        |input: &mut chumsky::input::InputRef<'source, '_, Input<'source>, Extra<'source>>| {
+            match input.peek() {
+                None | Some(Token::Newline | Token::Semicolon | Token::CloseBrace) => Ok(()),
+                Some(_) => Err(SyntaxError::expected(
+                    Expectation::EndOfStatement,
+                    next_span(input),
+                )),
+            }
+        },
+    )
     .boxed()
 }
 
@@ -120,7 +122,7 @@ fn binding<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, 
     let name = name(Expectation::Pattern)
         .map(Pattern::Name)
         .then_ignore(token(Token::Assign, Expectation::EqualsAfterName));
-    let list = pattern(Expectation::Pattern)
+    let list = list_pattern(Expectation::Pattern)
         .then_ignore(token(Token::Assign, Expectation::EqualsAfterPattern));
     token(Token::Let, Expectation::Expression)
         .ignore_then(name.boxed().or(list.boxed()))
@@ -171,20 +173,25 @@ fn function<'source>(
                 .allow_trailing()
                 .collect::<Vec<_>>()
                 .map(gather)
-                .then_ignore(token(Token::CloseParenthesis, Expectation::CloseParenthesis))
+                .then_ignore(token(
+                    Token::CloseParenthesis,
+                    Expectation::CloseParenthesis,
+                ))
                 .recover_with(via_parser(
                     rest_of_brackets().map(|()| Deep::new(Vec::new(), 0)),
                 )),
         )
         .boxed();
     let short = token(Token::Assign, Expectation::BodyAfterParameters).ignore_then(expression);
-    let long = block.labelled(Expectation::BodyAfterParameters).map(|block| {
-        let span = block.value.span;
-        block.map(|block| Expression {
-            kind: Arc::new(ExpressionKind::Block(block)),
-            span,
-        })
-    });
+    let long = block
+        .labelled(Expectation::BodyAfterParameters)
+        .map(|block| {
+            let span = block.value.span;
+            block.map(|block| Expression {
+                kind: Arc::new(ExpressionKind::Block(block)),
+                span,
+            })
+        });
     token(Token::Fn, Expectation::Expression)
         .ignore_then(name(Expectation::FunctionName))
         .then(parameters)
@@ -205,7 +212,10 @@ fn field<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, De
     let coordinates = token(Token::OpenParenthesis, Expectation::OpenCoordinates)
         .ignore_then(
             coordinates()
-                .then_ignore(token(Token::CloseParenthesis, Expectation::CloseParenthesis))
+                .then_ignore(token(
+                    Token::CloseParenthesis,
+                    Expectation::CloseParenthesis,
+                ))
                 .recover_with(via_parser(
                     rest_of_brackets().map(|()| Coordinates::Named(Vec::new())),
                 )),
@@ -230,14 +240,12 @@ fn field<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, De
         .then(domain.or(no_domain))
         .then(expression)
         .map(|(((name, coordinates), domain), body)| {
-            domain
-                .and(body)
-                .map(|(domain, body)| StatementKind::Field {
-                    name,
-                    coordinates,
-                    domain,
-                    body,
-                })
+            domain.and(body).map(|(domain, body)| StatementKind::Field {
+                name,
+                coordinates,
+                domain,
+                body,
+            })
         })
         .boxed()
 }
