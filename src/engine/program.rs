@@ -7,7 +7,7 @@
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
 use crate::graph::interval::{self, Interval};
-use crate::graph::{Graph, Node, NodeId, derive};
+use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
 /// What executes kernels. Both give the same bits.
@@ -128,6 +128,12 @@ impl Program {
         for (output, enclosure) in outputs.iter_mut().zip(enclosures) {
             *output = enclosure.range;
         }
+    }
+
+    /// The roots and all that they are made of as text; parameters are named by their places in
+    /// the program's q.
+    pub fn graph_text(&self) -> String {
+        print::text(&self.graph, &self.roots)
     }
 
     /// The kernels in Cranelift's intermediate representation: values and, of a program with one

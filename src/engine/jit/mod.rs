@@ -23,7 +23,7 @@ mod translate;
 
 use super::lower::Lowered;
 use crate::graph::Op;
-use chunk::{BLOCK, Plan};
+use chunk::Plan;
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{ExtFuncData, ExternalName, Function, UserFuncName};
 use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
@@ -37,12 +37,9 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
-/// The steps of a chunk: the longest function that is given to Cranelift. Longer functions take
-/// more than proportionally long to compile, and their frames could outgrow a thread's stack.
-const CHUNK: usize = 4096;
-
-/// The longest kernel that is compiled; beyond it the interpreter serves.
-const LARGEST_KERNEL: usize = 2_000_000;
+/// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it the
+/// interpreter serves.
+const LARGEST_KERNEL: usize = 250_000;
 
 /// Why there is no machine code.
 #[derive(Debug, Error)]
@@ -89,6 +86,8 @@ pub(super) struct MachineCode {
     uniforms: usize,
     outputs: usize,
     slots: usize,
+    /// How many points a call may have, if there are several chunks.
+    block: usize,
     /// Owns the memory of `chunks`; it is freed with this value, when nobody can call them.
     _module: FreeingModule,
 }
@@ -99,7 +98,7 @@ pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
     if lowered.steps.len() > LARGEST_KERNEL || lowered.dimension > 3 {
         return Err(Refusal::TooLarge);
     }
-    let plan = chunk::plan(lowered, CHUNK);
+    let plan = chunk::plan(lowered, chunk::LENGTHS);
     let mut owner = FreeingModule::new(builder(target.clone()));
     let module = owner.module().ok_or(Refusal::Processor)?;
     let functions = define(module, lowered, &plan)?;
@@ -119,6 +118,7 @@ pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
         uniforms: lowered.uniforms(),
         outputs: lowered.outputs.len(),
         slots: plan.slots,
+        block: plan.block,
         _module: owner,
     })
 }
@@ -164,8 +164,11 @@ impl MachineCode {
 
     /// Runs the chunks; the pointers are those of [`MachineCode::run`].
     fn call(&self, count: usize, inputs: &[*const f64], uniforms: &[f64], outputs: &[*mut f64]) {
-        let block = if self.chunks.len() > 1 { BLOCK } else { count.max(1) };
-        let mut slots = vec![0.0; self.slots * BLOCK];
+        let block = match self.chunks.len() {
+            1 => count.max(1),
+            _ => self.block,
+        };
+        let mut slots: Vec<f64> = Vec::with_capacity(self.slots * self.block);
         for begin in (0..count).step_by(block) {
             let end = count.min(begin + block);
             for chunk in &self.chunks {
@@ -173,8 +176,9 @@ impl MachineCode {
                 // positions below `end` only, and `run` has checked that there are so many
                 // columns, each at least `count` long; the outputs come from exclusive
                 // references, so they overlap nothing. It reads the uniforms that `run` has
-                // counted, and of the slots the lanes below `end - begin`, at most BLOCK, of
-                // `self.slots` ones. Its memory is alive, since `self` owns it.
+                // counted. It uses of `self.slots` slots the lanes below `end - begin`, which is
+                // at most `self.block`, and writes each before it reads it. The code is alive,
+                // since `self` owns its memory.
                 unsafe {
                     chunk(
                         begin,
@@ -193,7 +197,7 @@ impl MachineCode {
 /// The kernel as text in Cranelift's intermediate representation, before anything specific to a
 /// processor: the same on every machine.
 pub(super) fn text(name: &str, lowered: &Lowered) -> String {
-    let plan = chunk::plan(lowered, CHUNK);
+    let plan = chunk::plan(lowered, chunk::LENGTHS);
     let convention = CallConv::SystemV;
     let mut text = String::new();
     for chunk in 0..plan.chunks.len() {
