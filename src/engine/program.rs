@@ -153,7 +153,8 @@ impl Program {
 
     /// The kernel of the roots.
     pub(super) fn values(&self) -> &Kernel {
-        self.values.get_or_init(|| self.kernel(&self.graph, &self.roots))
+        self.values
+            .get_or_init(|| self.kernel(&self.graph, &self.roots))
     }
 
     /// The kernel of the first root and its F_x.
@@ -163,7 +164,8 @@ impl Program {
 
     /// The kernel of the first root, its F_x and its F_q.
     pub(super) fn parameter_gradients(&self) -> &Kernel {
-        self.parameter_gradients.get_or_init(|| self.derivatives(self.parameters.len()))
+        self.parameter_gradients
+            .get_or_init(|| self.derivatives(self.parameters.len()))
     }
 
     /// The first root, its F_x and the first components of its F_q, from one reverse sweep.

@@ -44,7 +44,11 @@ pub(super) const NO_SLOT: u32 = u32::MAX;
 /// Cuts a kernel. Takes linear time.
 pub(super) fn plan(lowered: &Lowered, lengths: Lengths) -> Plan {
     let count = lowered.steps.len();
-    let length = if count <= lengths.whole { count.max(1) } else { lengths.chunk };
+    let length = if count <= lengths.whole {
+        count.max(1)
+    } else {
+        lengths.chunk
+    };
     let mut plan = Plan {
         chunks: Vec::new(),
         slot: vec![NO_SLOT; count],

@@ -114,7 +114,11 @@ fn enter(
     let begin = builder.ins().ishl_imm_u(begin, 3);
     let end = builder.ins().ishl_imm_u(end, 3);
     let columns = (0..dimension as i32)
-        .map(|axis| builder.ins().load(POINTER, constant_memory(), inputs, axis * SIZE))
+        .map(|axis| {
+            builder
+                .ins()
+                .load(POINTER, constant_memory(), inputs, axis * SIZE)
+        })
         .collect();
     let slots = builder.ins().isub(slots, begin);
     let pointers = Pointers {
@@ -153,7 +157,9 @@ impl Point<'_, '_> {
         import: &mut dyn FnMut(&mut Function, Op) -> Result<FuncRef, E>,
     ) -> Result<(), E> {
         let mut imported = vec![None; Op::ALL.len()];
-        let mut outputs = register_outputs(lowered, &self.range).into_iter().peekable();
+        let mut outputs = register_outputs(lowered, &self.range)
+            .into_iter()
+            .peekable();
         for index in self.range.clone() {
             let step = &lowered.steps[index];
             let mut operands = self.operands(step);
@@ -182,7 +188,9 @@ impl Point<'_, '_> {
             if self.plan.slot[index] != NO_SLOT {
                 let (address, displacement) = self.slot(self.plan.slot[index]);
                 let flags = MemFlagsData::trusted();
-                self.builder.ins().store(flags, value, address, displacement);
+                self.builder
+                    .ins()
+                    .store(flags, value, address, displacement);
             }
         }
         Ok(())
@@ -225,7 +233,8 @@ impl Point<'_, '_> {
             Operand::Uniform(index) => {
                 let displacement = index as i32 * SIZE;
                 let uniforms = self.pointers.uniforms;
-                ins.load(F64, constant_memory(), uniforms, displacement).into()
+                ins.load(F64, constant_memory(), uniforms, displacement)
+                    .into()
             }
             Operand::Coordinate(axis) => self.coordinates[usize::from(axis)],
             Operand::Register(register) => match self.own(register) {
@@ -233,7 +242,10 @@ impl Point<'_, '_> {
                 None => {
                     let (address, displacement) = self.slot(self.plan.slot[register as usize]);
                     let flags = MemFlagsData::trusted();
-                    self.builder.ins().load(F64, flags, address, displacement).into()
+                    self.builder
+                        .ins()
+                        .load(F64, flags, address, displacement)
+                        .into()
                 }
             },
         }
@@ -270,9 +282,16 @@ impl Point<'_, '_> {
     fn store_output(&mut self, output: usize, value: Value) {
         let displacement = output as i32 * SIZE;
         let ins = self.builder.ins();
-        let column = ins.load(POINTER, constant_memory(), self.pointers.outputs, displacement);
+        let column = ins.load(
+            POINTER,
+            constant_memory(),
+            self.pointers.outputs,
+            displacement,
+        );
         let address = self.builder.ins().iadd(column, self.offset);
-        self.builder.ins().store(MemFlagsData::trusted(), value, address, 0);
+        self.builder
+            .ins()
+            .store(MemFlagsData::trusted(), value, address, 0);
     }
 }
 
