@@ -4,6 +4,8 @@
 //! labelled [`Span`]s and help. Nothing here prints: [`render`] turns diagnostics into text for a
 //! terminal, and the shell decides where the text goes.
 
+use std::borrow::Cow;
+
 mod code;
 pub mod render;
 mod source;
@@ -84,4 +86,21 @@ impl Diagnostic {
     pub fn span(&self) -> Option<Span> {
         self.labels.first().map(|label| label.span)
     }
+}
+
+/// A name or other text as a message quotes it: whole if it is short, else its beginning and end.
+pub fn shorten(text: &str) -> Cow<'_, str> {
+    const LONGEST: usize = 60;
+    const BEGINNING: usize = 40;
+    const END: usize = 12;
+    if text.len() <= LONGEST || text.chars().count() <= LONGEST {
+        return Cow::Borrowed(text);
+    }
+    let beginning: String = text.chars().take(BEGINNING).collect();
+    let end = text
+        .char_indices()
+        .rev()
+        .nth(END - 1)
+        .map_or("", |(at, _)| &text[at..]);
+    Cow::Owned(format!("{beginning}…{end}"))
 }

@@ -1,1 +1,204 @@
 //! Files: one format a file, all written whole or not at all.
+//!
+//! The last step of the way: meshes, curves and samples leave the program here. The extension of
+//! the file name chooses the format from one table, [`FORMATS`]; each format turns a value into
+//! bytes and knows nothing of paths, and `write.rs` alone touches the disk. Text formats print
+//! every number with the fewest digits that read back as the same f64.
+
+mod format;
+mod write;
+
+mod csv;
+mod obj;
+mod ply;
+mod stl;
+mod svg;
+
+mod sample_columns;
+
+#[cfg(test)]
+mod test_values;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::geometry::{Curves, Mesh, Samples};
+use format::Writer;
+pub use format::{FORMATS, Format};
+
+/// Why a file was not written.
+#[derive(Debug, Error)]
+pub enum FileError {
+    /// The file system refused; nothing is left behind and an older file is untouched.
+    #[error("cannot write `{}`: {source}", path.display())]
+    CannotWrite {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// What the system said, or what is wrong with the path.
+        source: io::Error,
+    },
+    /// The extension of the file name belongs to no format.
+    #[error("{}; known are {known}", describe_extension(extension))]
+    UnknownFormat {
+        /// The extension without its dot; empty if there is none.
+        extension: String,
+        /// The extensions that are known.
+        known: String,
+    },
+    /// The format cannot hold such a value.
+    #[error("the format {format} cannot hold {value}; {suitable} can")]
+    WrongFormat {
+        /// The name of the format.
+        format: &'static str,
+        /// What it was to hold.
+        value: &'static str,
+        /// The extensions of the formats that can.
+        suitable: String,
+    },
+}
+
+fn describe_extension(extension: &str) -> String {
+    if extension.is_empty() {
+        "the file name has no extension that tells the format".to_owned()
+    } else {
+        format!("no file format is called `.{extension}`")
+    }
+}
+
+/// Writes a mesh in the format that the extension names.
+///
+/// The file appears whole, or an error says why not and nothing has changed on the disk.
+pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<(), FileError> {
+    write_value(path, mesh, "a mesh", |format| format.mesh)
+}
+
+/// Writes curves in the format that the extension names.
+///
+/// The file appears whole, or an error says why not and nothing has changed on the disk.
+pub fn write_curves(path: &Path, curves: &Curves) -> Result<(), FileError> {
+    if curves.dimension == 2 {
+        write_value(path, curves, "plane curves", |format| format.plane_curves)
+    } else {
+        write_value(path, curves, "curves in space", |format| {
+            format.space_curves
+        })
+    }
+}
+
+/// Writes samples in the format that the extension names.
+///
+/// The file appears whole, or an error says why not and nothing has changed on the disk.
+pub fn write_samples(path: &Path, samples: &Samples) -> Result<(), FileError> {
+    write_value(path, samples, "samples", |format| format.samples)
+}
+
+/// Writes a value with the writer that the format has for values of its kind.
+fn write_value<T>(
+    path: &Path,
+    value: &T,
+    kind: &'static str,
+    writer: impl Fn(&Format) -> Option<Writer<T>>,
+) -> Result<(), FileError> {
+    let format = Format::of_path(path)?;
+    let Some(write_content) = writer(format) else {
+        return Err(FileError::WrongFormat {
+            format: format.name,
+            value: kind,
+            suitable: format::list_extensions(|format| writer(format).is_some()),
+        });
+    };
+    write::write_whole(path, |output| write_content(output, value)).map_err(|source| {
+        FileError::CannotWrite {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn every_format_writes_what_it_holds_and_refuses_the_rest() {
+        let folder = tempfile::tempdir().unwrap();
+        type Write = fn(&Path) -> Result<(), FileError>;
+        let values: [(&str, Write); 4] = [
+            ("meshes", |path| write_mesh(path, &test_values::mesh())),
+            ("plane curves", |path| {
+                write_curves(path, &test_values::plane_curves())
+            }),
+            ("curves in space", |path| {
+                write_curves(path, &test_values::space_curves())
+            }),
+            ("samples", |path| {
+                write_samples(path, &test_values::samples())
+            }),
+        ];
+        let mut written = Vec::new();
+        for format in FORMATS {
+            for (kind, write) in values {
+                let path = folder
+                    .path()
+                    .join(kind)
+                    .with_extension(format.extensions[0]);
+                let result = write(&path);
+                assert_eq!(result.is_ok(), format.holds().contains(&kind));
+                assert_eq!(path.exists(), result.is_ok());
+                match result {
+                    Ok(()) => written.push(format!("{} {kind}", format.name)),
+                    Err(error) => assert!(matches!(error, FileError::WrongFormat { .. })),
+                }
+            }
+        }
+        let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
+                        STL meshes, PLY meshes, PLY samples, \
+                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves";
+        assert_eq!(written.join(", "), expected);
+    }
+
+    #[test]
+    fn capitals_in_the_extension_do_not_matter() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("Mesh.v2.StL");
+        write_mesh(&path, &test_values::mesh()).unwrap();
+        let expected = test_values::bytes(stl::write_mesh, &test_values::mesh());
+        assert_eq!(fs::read(path).unwrap(), expected);
+    }
+
+    #[test]
+    fn messages_name_what_is_wrong_and_what_would_do() {
+        let message = |result: Result<(), FileError>| result.unwrap_err().to_string();
+        let mesh = test_values::mesh();
+        let known = "known are .obj, .stl, .ply, .csv, .svg";
+        assert_eq!(
+            message(write_mesh(Path::new("a.xyz"), &mesh)),
+            format!("no file format is called `.xyz`; {known}")
+        );
+        for without in ["a", "", ".obj", "a.", "folder.obj/a"] {
+            assert_eq!(
+                message(write_mesh(Path::new(without), &mesh)),
+                format!("the file name has no extension that tells the format; {known}")
+            );
+        }
+        assert_eq!(
+            message(write_mesh(Path::new("a.csv"), &mesh)),
+            "the format CSV cannot hold a mesh; .obj, .stl, .ply can"
+        );
+        assert_eq!(
+            message(write_curves(
+                Path::new("a.svg"),
+                &test_values::space_curves()
+            )),
+            "the format SVG cannot hold curves in space; .obj, .csv can"
+        );
+        assert_eq!(
+            message(write_mesh(Path::new("no/such/folder/a.obj"), &mesh)),
+            "cannot write `no/such/folder/a.obj`: the folder `no/such/folder` does not exist"
+        );
+    }
+}

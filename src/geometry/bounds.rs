@@ -68,4 +68,91 @@ impl Bounds {
             ..*self
         }
     }
+
+    /// The smallest box of the given dimension (1 to 3) that contains the points; it may have
+    /// sides of length 0.
+    ///
+    /// `None` if there are no points or a coordinate is not finite.
+    pub fn of_points(dimension: usize, points: impl IntoIterator<Item = DVec3>) -> Option<Self> {
+        let mut points = points.into_iter();
+        let first = points.next().filter(|point| point.is_finite())?;
+        let mut bounds = Bounds {
+            dimension,
+            min: first,
+            max: first,
+        };
+        for point in points {
+            if !point.is_finite() {
+                return None;
+            }
+            bounds.min = bounds.min.min(point);
+            bounds.max = bounds.max.max(point);
+        }
+        Some(bounds)
+    }
+
+    /// The smallest box that contains both. Both have the same dimension.
+    pub fn union(&self, other: &Self) -> Self {
+        Bounds {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+            ..*self
+        }
+    }
+
+    /// The box with every side moved outward by `margin`.
+    pub fn expanded(&self, margin: f64) -> Self {
+        let mut expanded = *self;
+        for axis in 0..self.dimension {
+            expanded.min[axis] -= margin;
+            expanded.max[axis] += margin;
+        }
+        expanded
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sides_must_be_finite_and_ascending() {
+        assert!(Bounds::from_sides(&[]).is_none());
+        assert!(Bounds::from_sides(&[(0.0, 1.0); 4]).is_none());
+        assert!(Bounds::from_sides(&[(1.0, 1.0)]).is_none());
+        assert!(Bounds::from_sides(&[(0.0, f64::INFINITY)]).is_none());
+        assert!(Bounds::from_sides(&[(f64::NAN, 1.0)]).is_none());
+        let sides = [(-1.0, 2.0), (0.0, 4.0)];
+        let bounds = Bounds::from_sides(&sides).unwrap();
+        assert!(bounds.sides().eq(sides));
+        assert_eq!(bounds.diagonal(), 5.0);
+        assert_eq!(bounds.center(), DVec3::new(0.5, 2.0, 0.0));
+    }
+
+    #[test]
+    fn box_of_points_touches_the_extremes() {
+        let points = [
+            DVec3::new(1.0, -2.0, 3.0),
+            DVec3::new(-1.0, 5.0, 3.0),
+            DVec3::new(0.0, 0.0, 3.0),
+        ];
+        let bounds = Bounds::of_points(3, points).unwrap();
+        assert_eq!(bounds.min, DVec3::new(-1.0, -2.0, 3.0));
+        assert_eq!(bounds.max, DVec3::new(1.0, 5.0, 3.0));
+        assert!(Bounds::of_points(3, []).is_none());
+        assert!(Bounds::of_points(3, [DVec3::ZERO, DVec3::NAN]).is_none());
+        assert!(Bounds::of_points(3, [DVec3::INFINITY]).is_none());
+    }
+
+    #[test]
+    fn union_contains_both_and_expansion_keeps_the_unused_axes() {
+        let first = Bounds::from_sides(&[(0.0, 1.0), (0.0, 1.0)]).unwrap();
+        let second = Bounds::from_sides(&[(-3.0, 0.5), (0.5, 2.0)]).unwrap();
+        let both = first.union(&second);
+        assert!(both.sides().eq([(-3.0, 1.0), (0.0, 2.0)]));
+        let wider = first.expanded(0.5);
+        assert!(wider.sides().eq([(-0.5, 1.5), (-0.5, 1.5)]));
+        assert_eq!((wider.min.z, wider.max.z), (0.0, 0.0));
+        assert!(first.scaled(2.0).sides().eq(wider.sides()));
+    }
 }

@@ -3,6 +3,9 @@
 use glam::DVec3;
 
 /// Triangles with shared vertices, counter-clockwise seen from outside.
+///
+/// Every triangle refers to existing positions, and there are fewer than 2³²/3 triangles, so that
+/// a corner has a `u32` number.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Vertices.

@@ -1,11 +1,27 @@
 //! What comes out: points, curves and meshes, and what can be measured on them.
+//!
+//! Samplers and polygonizers make [`Samples`], [`Curves`] and a [`Mesh`]; the file writers and
+//! the measures of the language take them from here. Nothing in this room knows how they came
+//! to be.
 
 mod bounds;
 mod curves;
 mod mesh;
 mod samples;
 
+mod collapse;
+mod disjoint_sets;
+mod measure;
+mod neighbours;
+mod summation;
+mod topology;
+
 pub use bounds::Bounds;
 pub use curves::{Curves, Polyline};
 pub use mesh::Mesh;
+pub use neighbours::{Spacing, nearest_distances};
 pub use samples::Samples;
+pub use topology::Topology;
+
+#[cfg(test)]
+mod test_meshes;

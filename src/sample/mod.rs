@@ -1,1 +1,297 @@
 //! Samplers: points on the zero set.
+//!
+//! A sampler takes a [`Field`] and returns [`Samples`]: points with their normals, radii and
+//! residuals. [`sample`] is the one entry; each method has a file of its own. Samplers know of
+//! fields only what the `Field` trait says, and neither the language nor the command line.
+//!
+//! The two methods so far are the physically-based particles of Figueiredo and Gomes
+//! ("Physically-based sampling of implicit objects"): many particles are released at random,
+//! each moves towards the surface on its own, and where they come to rest is the sample. In
+//! reading order: the rules of motion (`kinematic`, `dynamic`), the flight of particles under such a
+//! rule (`flight`), Newton's polish (`newton`), a release of particles from a box, through flight
+//! and polish (`release`), and the search for the right box (`search`).
+//! [`thin()`] makes a sample sparser and more even.
+
+mod dynamic;
+mod evaluation;
+mod flight;
+mod kinematic;
+mod newton;
+mod particle;
+mod radii;
+mod random;
+mod release;
+mod search;
+mod statistics;
+mod thin;
+
+pub use statistics::{Dropped, Statistics};
+pub use thin::{Keep, thin};
+
+use glam::DVec3;
+use thiserror::Error;
+
+use crate::engine::{Field, Monitor};
+use crate::geometry::{Bounds, Samples};
+use newton::Point;
+use particle::Motion;
+use random::Stream;
+use release::{Release, release};
+
+/// A way to place points on a zero set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// Particles whose velocity is -sign(F) F_x (Figueiredo and Gomes): converges fastest.
+    #[default]
+    Kinematic,
+    /// Particles on which -sign(F) F_x acts as a force, with friction (Figueiredo and Gomes):
+    /// avoids spurious attractors better.
+    Dynamic,
+}
+
+/// What a sampler is asked to do. The default suits every field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The method.
+    pub method: Method,
+    /// How many particles are released, at most [`Options::MOST`]; what does not reach the
+    /// surface gives no point. `None`: 100 in R1, 1,000 in R2 and 5,000 in R3, the paper's
+    /// advice for curves and surfaces.
+    pub count: Option<u64>,
+    /// Where the random starts come from: the same seed gives the same bytes.
+    pub seed: u64,
+    /// The box to search, from which no point strays. `None`: the search begins in -1..1 and
+    /// goes where it finds the surface.
+    pub bounds: Option<Bounds>,
+    /// The largest |F| / |F_x| of a point, relative to the diagonal of the box in which the
+    /// final particles start; above 0 and at most 0.01. Rounding sets a limit at about 1e-15.
+    pub tolerance: f64,
+    /// The part of its velocity that friction takes from a dynamic particle in its first step
+    /// (γ δ, without a unit); above 0 and at most 1. Less friction passes more spurious
+    /// attractors and takes more steps.
+    pub friction: f64,
+    /// The largest number of steps of a particle.
+    pub iteration_limit: u32,
+    /// The largest number of rounds of the preliminary search. With 0 there is none: the
+    /// particles start all over the bounds.
+    pub search_limit: u32,
+}
+
+impl Options {
+    /// The largest number of particles: their points take about a gigabyte.
+    pub const MOST: u64 = 10_000_000;
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            method: Method::default(),
+            count: None,
+            seed: 0,
+            bounds: None,
+            tolerance: 1e-9,
+            friction: 0.05,
+            iteration_limit: 1000,
+            search_limit: 10,
+        }
+    }
+}
+
+/// A sample and how it came about.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// The points, in the order of the particles that found them.
+    pub samples: Samples,
+    /// What happened on the way.
+    pub statistics: Statistics,
+}
+
+/// Why there is no sample.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SampleError {
+    /// An option is out of its range.
+    #[error("`{option}` must be {expected}, not {found}")]
+    Option {
+        /// The option's name.
+        option: &'static str,
+        /// What it may be.
+        expected: String,
+        /// What it is.
+        found: String,
+    },
+    /// The box has another number of sides than the field has coordinates.
+    #[error("the bounds have {bounds} sides, but the field has {field} coordinates")]
+    Dimension {
+        /// Sides of the box.
+        bounds: usize,
+        /// Coordinates of the field.
+        field: usize,
+    },
+    /// The monitor asked to stop.
+    #[error("sampling was cancelled")]
+    Cancelled,
+}
+
+/// Samples the zero set of a field.
+///
+/// Every point has |F| / |F_x| within the tolerance and, if bounds are given, lies in them;
+/// particles that end anywhere else are dropped and counted. The result depends on the field
+/// and the options only, not on the number of threads. A field without a zero gives an empty
+/// sample, not an error.
+///
+/// The cost is some tens of evaluations of F and F_x per particle.
+///
+/// # Errors
+/// If an option is out of its range or does not fit the field, and if the monitor cancels.
+pub fn sample(
+    field: &dyn Field,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, SampleError> {
+    let dimension = field.dimension();
+    let start_box = start_box(dimension, options)?;
+    check(options)?;
+    match options.method {
+        Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
+        Method::Dynamic => {
+            let friction = options.friction;
+            particles(
+                field,
+                &dynamic::Dynamic { friction },
+                start_box,
+                options,
+                monitor,
+            )
+        }
+    }
+}
+
+/// The particle methods: the preliminary search, then the final release.
+fn particles(
+    field: &dyn Field,
+    motion: &dyn Motion,
+    start_box: Bounds,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, SampleError> {
+    let count = options.count.unwrap_or(match start_box.dimension {
+        1 => 100,
+        2 => 1_000,
+        _ => 5_000,
+    });
+    let first = Release {
+        field,
+        motion,
+        stream: Stream::new(options.seed, 0),
+        count,
+        bounds: start_box,
+        reach: search::reach(options.bounds, start_box),
+        within: options.bounds,
+        tolerance: options.tolerance,
+        iteration_limit: options.iteration_limit,
+    };
+    let mut searching = statistics::Tally::default();
+    let located = search::locate(&first, options, monitor, &mut searching)?;
+    let last = Release {
+        bounds: located.bounds,
+        reach: search::reach(options.bounds, located.bounds),
+        ..first
+    };
+    let progress = |fraction| monitor.progress("sample", fraction);
+    let (points, tally) = release(&last, monitor, &progress).ok_or(SampleError::Cancelled)?;
+    let samples = samples(start_box.dimension, &points);
+    let vanishing = points
+        .iter()
+        .filter(|point| point.here.gradient == DVec3::ZERO);
+    let rarely_unconverged = tally.dropped.unconverged <= count / 100;
+    let statistics = Statistics {
+        started: count,
+        points: points.len() as u64,
+        iterations: tally.iterations,
+        steps: searching.steps + tally.steps,
+        evaluations: searching.evaluations + tally.evaluations,
+        dropped: tally.dropped,
+        converged: located.settled && rarely_unconverged,
+        searches: located.rounds,
+        settled: located.settled,
+        bounds: located.bounds,
+        max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
+        nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
+        singular: vanishing.count() as u64,
+    };
+    Ok(Outcome {
+        samples,
+        statistics,
+    })
+}
+
+/// Points with all that a sample says about them.
+fn samples(dimension: usize, points: &[Point]) -> Samples {
+    let positions: Vec<DVec3> = points.iter().map(|point| point.position).collect();
+    let radii = radii::radii(&positions);
+    Samples {
+        dimension,
+        normals: points.iter().map(|point| point.here.normal()).collect(),
+        residuals: points.iter().map(|point| point.here.distance()).collect(),
+        radii,
+        positions,
+    }
+}
+
+/// The box in which the search begins: the bounds, or -1..1.
+fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError> {
+    let corner = |value: f64| {
+        DVec3::from_array([0, 1, 2].map(|axis| if axis < dimension { value } else { 0.0 }))
+    };
+    let bounds = options.bounds.unwrap_or(Bounds {
+        dimension,
+        min: corner(-1.0),
+        max: corner(1.0),
+    });
+    if bounds.dimension != dimension {
+        return Err(SampleError::Dimension {
+            bounds: bounds.dimension,
+            field: dimension,
+        });
+    }
+    // Squares of lengths, and boxes grown by the search, must neither overflow nor underflow.
+    let well = |(low, high): (f64, f64)| low < high && low.abs().max(high.abs()) <= 1e100;
+    if !bounds.sides().all(well) || bounds.diagonal() < 1e-100 {
+        return Err(out_of_range(
+            "bounds",
+            "a box with sides of positive length within ±1e100",
+            format!("{:?}", bounds.sides().collect::<Vec<_>>()),
+        ));
+    }
+    Ok(bounds)
+}
+
+/// Whether the options that are numbers lie in their ranges.
+fn check(options: &Options) -> Result<(), SampleError> {
+    let range = |option, expected, found: &dyn ToString| {
+        Err(out_of_range(option, expected, found.to_string()))
+    };
+    if let Some(count) = options.count
+        && !(1..=Options::MOST).contains(&count)
+    {
+        return range("count", "between 1 and 10000000", &count);
+    }
+    if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
+        return range("tolerance", "above 0 and at most 0.01", &options.tolerance);
+    }
+    if !(options.friction > 0.0 && options.friction <= 1.0) {
+        return range("friction", "above 0 and at most 1", &options.friction);
+    }
+    if options.iteration_limit == 0 {
+        return range("iteration_limit", "at least 1", &options.iteration_limit);
+    }
+    Ok(())
+}
+
+fn out_of_range(option: &'static str, expected: &str, found: String) -> SampleError {
+    SampleError::Option {
+        option,
+        expected: expected.to_owned(),
+        found,
+    }
+}

@@ -1,0 +1,116 @@
+//! The table of file formats: their names, their extensions and what each can hold. Dispatch,
+//! error messages and documentation read it.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::{FileError, csv, obj, ply, stl, svg};
+use crate::geometry::{Curves, Mesh, Samples};
+
+/// Turns a value into the bytes of a file.
+pub(super) type Writer<T> = fn(&mut dyn Write, &T) -> io::Result<()>;
+
+/// A file format. What it cannot hold has no writer.
+pub struct Format {
+    /// The usual name.
+    pub name: &'static str,
+    /// The extensions that choose it, in lower case and without the dot.
+    pub extensions: &'static [&'static str],
+    /// What is kept in the file, in a sentence.
+    pub documentation: &'static str,
+    pub(super) mesh: Option<Writer<Mesh>>,
+    pub(super) plane_curves: Option<Writer<Curves>>,
+    pub(super) space_curves: Option<Writer<Curves>>,
+    pub(super) samples: Option<Writer<Samples>>,
+}
+
+/// All formats.
+pub static FORMATS: &[Format] = &[
+    Format {
+        name: "OBJ",
+        extensions: &["obj"],
+        documentation: "Wavefront text: meshes with normals, curves as lines, samples as points.",
+        mesh: Some(obj::write_mesh),
+        plane_curves: Some(obj::write_curves),
+        space_curves: Some(obj::write_curves),
+        samples: Some(obj::write_samples),
+    },
+    Format {
+        name: "STL",
+        extensions: &["stl"],
+        documentation: "Binary STL: the triangles of a mesh in single precision, with the normals \
+                        of the facets.",
+        mesh: Some(stl::write_mesh),
+        plane_curves: None,
+        space_curves: None,
+        samples: None,
+    },
+    Format {
+        name: "PLY",
+        extensions: &["ply"],
+        documentation: "Binary PLY in double precision: meshes with normals, samples with normals, \
+                        radii and residuals.",
+        mesh: Some(ply::write_mesh),
+        plane_curves: None,
+        space_curves: None,
+        samples: Some(ply::write_samples),
+    },
+    Format {
+        name: "CSV",
+        extensions: &["csv"],
+        documentation: "A table with a header line: one row a sample, with all that is known of \
+                        it, or one row a point of a curve, with the number of the curve.",
+        mesh: None,
+        plane_curves: Some(csv::write_curves),
+        space_curves: Some(csv::write_curves),
+        samples: Some(csv::write_samples),
+    },
+    Format {
+        name: "SVG",
+        extensions: &["svg"],
+        documentation: "A drawing: one path for each plane curve, y upward.",
+        mesh: None,
+        plane_curves: Some(svg::write_curves),
+        space_curves: None,
+        samples: None,
+    },
+];
+
+impl Format {
+    /// The format that the extension of a file name chooses, in capitals or not.
+    ///
+    /// [`FileError::UnknownFormat`] if there is none. Looks at the name only, never at the disk.
+    pub fn of_path(path: &Path) -> Result<&'static Format, FileError> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy();
+        let lower_case = extension.to_lowercase();
+        FORMATS
+            .iter()
+            .find(|format| format.extensions.contains(&&*lower_case))
+            .ok_or_else(|| FileError::UnknownFormat {
+                extension: extension.into_owned(),
+                known: list_extensions(|_| true),
+            })
+    }
+
+    /// The kinds of values that the format can hold, in words.
+    pub fn holds(&self) -> Vec<&'static str> {
+        let kinds = [
+            (self.mesh.is_some(), "meshes"),
+            (self.plane_curves.is_some(), "plane curves"),
+            (self.space_curves.is_some(), "curves in space"),
+            (self.samples.is_some(), "samples"),
+        ];
+        let held = kinds.into_iter().filter(|(held, _)| *held);
+        held.map(|(_, kind)| kind).collect()
+    }
+}
+
+/// The extensions of the chosen formats, as in `.obj, .ply, .csv`.
+pub(super) fn list_extensions(chosen: impl Fn(&Format) -> bool) -> String {
+    let formats = FORMATS.iter().filter(|format| chosen(format));
+    let extensions: Vec<String> = formats
+        .flat_map(|format| format.extensions)
+        .map(|extension| format!(".{extension}"))
+        .collect();
+    extensions.join(", ")
+}

@@ -1,0 +1,100 @@
+//! Values for the tests of the formats, with numbers that rounding would spoil.
+
+use glam::DVec3;
+
+use crate::geometry::{Curves, Mesh, Polyline, Samples};
+
+/// Numbers whose shortest text is long, tiny, huge, negative or zero.
+const AWKWARD: [f64; 9] = [
+    0.1,
+    1.0 / 3.0,
+    -2.0,
+    5e-324,
+    1.7976931348623157e308,
+    -1e-7,
+    123456789.12345679,
+    0.0,
+    1e23,
+];
+
+fn awkward(number: usize) -> DVec3 {
+    DVec3::from_array([0, 1, 2].map(|axis| AWKWARD[(3 * number + 2 * axis) % AWKWARD.len()]))
+}
+
+fn unit(number: usize) -> DVec3 {
+    DVec3::new(0.6, 0.8 - number as f64 * 1e-16, 1.0 / 7.0)
+}
+
+/// Five vertices, three triangles, normals.
+pub(super) fn mesh() -> Mesh {
+    Mesh {
+        positions: (0..5).map(awkward).collect(),
+        normals: (0..5).map(unit).collect(),
+        triangles: vec![[0, 1, 2], [2, 1, 3], [3, 4, 0]],
+    }
+}
+
+/// The same without normals.
+pub(super) fn mesh_without_normals() -> Mesh {
+    Mesh {
+        normals: Vec::new(),
+        ..mesh()
+    }
+}
+
+/// Four samples.
+pub(super) fn samples() -> Samples {
+    Samples {
+        dimension: 3,
+        positions: (0..4).map(awkward).collect(),
+        normals: (0..4).map(unit).collect(),
+        radii: AWKWARD[..4].to_vec(),
+        residuals: AWKWARD[5..].to_vec(),
+    }
+}
+
+/// A closed triangle, an open curve, a curve without points and one of a single point.
+pub(super) fn plane_curves() -> Curves {
+    let polyline = |points: &[(f64, f64)], closed| Polyline {
+        points: points.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(),
+        closed,
+    };
+    Curves {
+        dimension: 2,
+        polylines: vec![
+            polyline(&[(0.1, 0.2), (1.0 / 3.0, -4.0), (7.0, 1e-7)], true),
+            polyline(&[(-3.0, 0.0), (2.0, 123.456)], false),
+            polyline(&[], true),
+            polyline(&[(1.0, 2.0)], false),
+        ],
+    }
+}
+
+/// One open curve in space.
+pub(super) fn space_curves() -> Curves {
+    Curves {
+        dimension: 3,
+        polylines: vec![Polyline {
+            points: (0..3).map(awkward).collect(),
+            closed: false,
+        }],
+    }
+}
+
+/// What a writer makes of a value.
+pub(super) fn bytes<T>(
+    writer: impl Fn(&mut dyn std::io::Write, &T) -> std::io::Result<()>,
+    value: &T,
+) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    writer(&mut bytes, value).unwrap();
+    bytes
+}
+
+/// The same as text.
+pub(super) fn text<T>(
+    writer: impl Fn(&mut dyn std::io::Write, &T) -> std::io::Result<()>,
+    value: &T,
+) -> String {
+    String::from_utf8(bytes(writer, value)).unwrap()
+}

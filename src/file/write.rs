@@ -1,0 +1,241 @@
+//! Atomic writing: a file appears whole under its name, or not at all.
+//!
+//! The content goes to a temporary file in the same folder, which takes the name by a rename
+//! when everything has been written. A failure, a full disk for instance, removes the temporary
+//! file and leaves an older file of that name as it was.
+
+use std::fs::{self, Metadata, Permissions};
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use tempfile::{Builder, NamedTempFile};
+
+/// Bytes that are gathered before they are handed to the system.
+const CAPACITY: usize = 1 << 17;
+
+/// Writes a file with the given content, or changes nothing on the disk and says why.
+///
+/// An existing file keeps its permissions; a new one gets those that any program would give it.
+/// A symbolic link stays, and the file it leads to is replaced. Folders are not created.
+pub(super) fn write_whole(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> io::Result<()> {
+    // A path that leads nowhere yet is a new file.
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let existing = fs::metadata(&target).ok();
+    if let Some(existing) = &existing {
+        check_replaceable(existing)?;
+    }
+    let temporary = create_beside(&target)?;
+    if let Some(existing) = existing {
+        temporary
+            .as_file()
+            .set_permissions(existing.permissions())?;
+    }
+    let mut output = BufWriter::with_capacity(CAPACITY, temporary);
+    content(&mut output)?;
+    let temporary = output.into_inner().map_err(|error| error.into_error())?;
+    // Some systems report a full disk only now.
+    temporary.as_file().sync_all()?;
+    temporary.persist(&target)?;
+    Ok(())
+}
+
+/// Whether what stands at the target may be replaced: a rename alone would ask nobody.
+fn check_replaceable(existing: &Metadata) -> io::Result<()> {
+    if existing.is_dir() {
+        let message = "it is a folder";
+        return Err(io::Error::new(io::ErrorKind::IsADirectory, message));
+    }
+    if !existing.is_file() {
+        let message = "it is not an ordinary file";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+    }
+    if existing.permissions().readonly() {
+        let message = "the file is write-protected";
+        return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
+    }
+    Ok(())
+}
+
+/// A temporary file in the folder of the target. It is removed when it is dropped.
+fn create_beside(target: &Path) -> io::Result<NamedTempFile> {
+    let folder = match target.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    };
+    let mut builder = Builder::new();
+    builder.prefix(".imp-").suffix(".tmp");
+    if let Some(permissions) = ordinary_permissions() {
+        builder.permissions(permissions);
+    }
+    builder.tempfile_in(folder).map_err(|error| {
+        let message = match error.kind() {
+            io::ErrorKind::NotFound => format!("the folder `{}` does not exist", folder.display()),
+            io::ErrorKind::NotADirectory => format!("`{}` is not a folder", folder.display()),
+            io::ErrorKind::PermissionDenied => {
+                format!(
+                    "no permission to write in the folder `{}`",
+                    folder.display()
+                )
+            }
+            _ => return error,
+        };
+        io::Error::new(error.kind(), message)
+    })
+}
+
+/// What a new file is asked to permit; the system takes off what the user's mask forbids.
+/// Temporary files would otherwise be closed to everybody else.
+#[cfg(unix)]
+fn ordinary_permissions() -> Option<Permissions> {
+    use std::os::unix::fs::PermissionsExt;
+    Some(Permissions::from_mode(0o666))
+}
+
+#[cfg(not(unix))]
+fn ordinary_permissions() -> Option<Permissions> {
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use tempfile::{TempDir, tempdir};
+
+    use super::*;
+
+    /// The names in a folder, sorted.
+    fn names(folder: &TempDir) -> Vec<String> {
+        let entries = fs::read_dir(folder).unwrap();
+        let mut names: Vec<String> = entries
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    /// Writes more than the buffer holds, then fails as a full disk does.
+    fn half_then_full(output: &mut dyn Write) -> io::Result<()> {
+        output.write_all(&vec![7; 3 * CAPACITY])?;
+        Err(io::ErrorKind::StorageFull.into())
+    }
+
+    #[test]
+    fn the_content_arrives_whole_and_alone() {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        let content: Vec<u8> = (0..3 * CAPACITY + 5).map(|k| (k % 251) as u8).collect();
+        write_whole(&path, |output| {
+            content
+                .chunks(1000)
+                .try_for_each(|chunk| output.write_all(chunk))
+        })
+        .unwrap();
+        assert_eq!(fs::read(&path).unwrap(), content);
+        assert_eq!(names(&folder), ["a.bin"]);
+    }
+
+    #[test]
+    fn a_failure_leaves_neither_the_file_nor_a_temporary_one() {
+        let folder = tempdir().unwrap();
+        let error = write_whole(&folder.path().join("a.bin"), half_then_full).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::StorageFull);
+        assert_eq!(names(&folder), [""; 0]);
+    }
+
+    #[test]
+    fn a_failure_leaves_the_old_file_and_a_success_replaces_it() {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        fs::write(&path, "old").unwrap();
+        write_whole(&path, half_then_full).unwrap_err();
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        write_whole(&path, |output| output.write_all(b"new")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(&folder), ["a.bin"]);
+    }
+
+    #[test]
+    fn nothing_is_written_while_the_content_is_being_made() {
+        let folder = tempdir().unwrap();
+        let path = folder.path().join("a.bin");
+        fs::write(&path, "old").unwrap();
+        write_whole(&path, |output| {
+            output.write_all(&vec![1; 2 * CAPACITY])?;
+            assert_eq!(fs::read(&path).unwrap(), b"old");
+            Ok(())
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn impossible_targets_are_refused_with_a_reason() {
+        let folder = tempdir().unwrap();
+        let file = folder.path().join("file");
+        fs::write(&file, "old").unwrap();
+        let mut permissions = fs::metadata(&file).unwrap().permissions();
+        permissions.set_readonly(true);
+        fs::set_permissions(&file, permissions).unwrap();
+        let missing = folder.path().join("missing");
+        let expected: [(PathBuf, io::ErrorKind, String); 4] = [
+            (
+                folder.path().to_owned(),
+                io::ErrorKind::IsADirectory,
+                "it is a folder".to_owned(),
+            ),
+            (
+                missing.join("a"),
+                io::ErrorKind::NotFound,
+                format!("the folder `{}` does not exist", missing.display()),
+            ),
+            (
+                file.join("a"),
+                io::ErrorKind::NotADirectory,
+                format!("`{}` is not a folder", file.display()),
+            ),
+            (
+                file,
+                io::ErrorKind::PermissionDenied,
+                "the file is write-protected".to_owned(),
+            ),
+        ];
+        for (path, kind, message) in expected {
+            let error = write_whole(&path, |output| output.write_all(b"new")).unwrap_err();
+            assert_eq!((error.kind(), error.to_string()), (kind, message));
+        }
+        assert_eq!(names(&folder), ["file"]);
+        assert_eq!(fs::read(folder.path().join("file")).unwrap(), b"old");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_are_those_of_an_ordinary_file_and_those_of_an_old_one_stay() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempdir().unwrap();
+        let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode() & 0o7777;
+        let (ordinary, ours) = (folder.path().join("ordinary"), folder.path().join("ours"));
+        fs::write(&ordinary, "").unwrap();
+        write_whole(&ours, |_| Ok(())).unwrap();
+        assert_eq!(mode(&ours), mode(&ordinary));
+        fs::set_permissions(&ours, Permissions::from_mode(0o640)).unwrap();
+        write_whole(&ours, |_| Ok(())).unwrap();
+        assert_eq!(mode(&ours), 0o640);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_symbolic_link_stays_and_special_files_are_not_replaced() {
+        let folder = tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_whole(&link, |output| output.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(&file).unwrap(), b"new");
+        let error = write_whole(Path::new("/dev/null"), |_| Ok(())).unwrap_err();
+        assert_eq!(error.to_string(), "it is not an ordinary file");
+    }
+}

@@ -1,0 +1,447 @@
+//! Removal of zero-length edges, which marching cubes makes where the surface runs exactly
+//! through a grid point: the roots on the grid edges that meet there coincide.
+//!
+//! Such an edge is collapsed if its link allows it, that is, if the result is the same surface
+//! up to homeomorphism; the triangles beside it, which have no area, disappear. Link condition:
+//! T. K. Dey, H. Edelsbrunner, S. Guha, D. V. Nekhayev, "Topology preserving edge contraction",
+//! Publ. Inst. Math. 66 (1999).
+
+use super::Mesh;
+use super::disjoint_sets::DisjointSets;
+
+impl Mesh {
+    /// Collapses edges between equal positions and drops the vertices that no triangle uses;
+    /// returns how many edges were collapsed.
+    ///
+    /// Surface, components, genus, boundary loops and manifoldness remain what they were. An edge
+    /// whose collapse would change them stays, such as one that joins two sheets or belongs to a
+    /// component that shrinks to nothing. The order of the remaining vertices and triangles is
+    /// kept, and each keeps its position and normal.
+    ///
+    /// Costs O(n) plus, for each edge of length zero, the triangles around its ends.
+    pub fn collapse_degenerate_edges(&mut self) -> usize {
+        let mut pending = degenerate_edges(self);
+        let mut collapse = Collapse::new(self, &pending);
+        let mut collapsed = 0;
+        // A collapse may free an edge that could not be collapsed before.
+        loop {
+            let before = collapsed;
+            pending.retain(|&edge| match collapse.attempt(edge) {
+                Attempt::Collapsed => {
+                    collapsed += 1;
+                    false
+                }
+                Attempt::AlreadyGone => false,
+                Attempt::Refused => true,
+            });
+            if collapsed == before {
+                break;
+            }
+        }
+        let removed = collapse.removed;
+        retain_where(&mut self.triangles, removed.iter().map(|removed| !removed));
+        self.drop_unused_vertices();
+        collapsed
+    }
+
+    /// Drops the vertices that no triangle uses, with their normals; the order is kept.
+    pub fn drop_unused_vertices(&mut self) {
+        let mut numbers = vec![None; self.positions.len()];
+        for &vertex in self.triangles.as_flattened() {
+            numbers[vertex as usize] = Some(0);
+        }
+        for (number, count) in numbers.iter_mut().flatten().zip(0..) {
+            *number = count;
+        }
+        retain_where(&mut self.positions, numbers.iter().map(Option::is_some));
+        retain_where(&mut self.normals, numbers.iter().map(Option::is_some));
+        for vertex in self.triangles.as_flattened_mut() {
+            // Every vertex of a triangle was numbered above.
+            *vertex = numbers[*vertex as usize].unwrap_or(*vertex);
+        }
+    }
+}
+
+/// Keeps the entries whose flag is true.
+fn retain_where<T>(entries: &mut Vec<T>, flags: impl IntoIterator<Item = bool>) {
+    let mut flags = flags.into_iter();
+    entries.retain(|_| flags.next().unwrap_or(false));
+}
+
+/// The edges between different vertices at equal positions, each once, ascending.
+fn degenerate_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
+    let position = |vertex: u32| mesh.positions[vertex as usize];
+    let mut edges: Vec<(u32, u32)> = mesh
+        .triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+        .filter(|&(a, b)| a != b && position(a) == position(b))
+        .map(|(a, b)| (a.min(b), a.max(b)))
+        .collect();
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}
+
+/// What became of an edge.
+enum Attempt {
+    Collapsed,
+    AlreadyGone,
+    Refused,
+}
+
+/// The state of the mesh during the collapses.
+struct Collapse<'a> {
+    triangles: &'a mut [[u32; 3]],
+    removed: Vec<bool>,
+    /// Vertices that have become one; the least stands for all.
+    merged: DisjointSets,
+    /// Which star belongs to a vertex; only the ends of degenerate edges have one.
+    star_of_vertex: Vec<u32>,
+    /// The triangles around a vertex; removed ones may linger.
+    stars: Vec<Vec<u32>>,
+}
+
+/// The vertices around a vertex with the number of triangles on the edge to each, ascending.
+type Neighbours = Vec<(u32, u32)>;
+
+impl<'a> Collapse<'a> {
+    fn new(mesh: &'a mut Mesh, edges: &[(u32, u32)]) -> Self {
+        const NO_STAR: u32 = u32::MAX;
+        let mut star_of_vertex = vec![NO_STAR; mesh.positions.len()];
+        let mut stars: Vec<Vec<u32>> = Vec::new();
+        for vertex in edges.iter().flat_map(|&(a, b)| [a, b]) {
+            if star_of_vertex[vertex as usize] == NO_STAR {
+                star_of_vertex[vertex as usize] = stars.len() as u32;
+                stars.push(Vec::new());
+            }
+        }
+        for (triangle, number) in mesh.triangles.iter().zip(0..) {
+            for &vertex in triangle {
+                if let Some(star) = stars.get_mut(star_of_vertex[vertex as usize] as usize) {
+                    star.push(number);
+                }
+            }
+        }
+        Collapse {
+            removed: vec![false; mesh.triangles.len()],
+            merged: DisjointSets::new(mesh.positions.len() as u32),
+            triangles: &mut mesh.triangles,
+            star_of_vertex,
+            stars,
+        }
+    }
+
+    /// Collapses the edge if its link allows it.
+    fn attempt(&mut self, (a, b): (u32, u32)) -> Attempt {
+        let (a, b) = (self.merged.find(a), self.merged.find(b));
+        if a == b {
+            return Attempt::AlreadyGone;
+        }
+        if !self.link_condition(a, b) {
+            return Attempt::Refused;
+        }
+        self.merge(a.min(b), a.max(b));
+        Attempt::Collapsed
+    }
+
+    /// The triangles around a vertex.
+    fn star(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+        let star = &self.stars[self.star_of_vertex[vertex as usize] as usize];
+        let here = |&triangle: &u32| !self.removed[triangle as usize];
+        star.iter().copied().filter(here)
+    }
+
+    fn has(&self, triangle: u32, vertex: u32) -> bool {
+        self.triangles[triangle as usize].contains(&vertex)
+    }
+
+    /// Whether link(a) ∩ link(b) = link(ab), where a boundary counts as if a further vertex ω
+    /// closed it: then collapsing the edge ab does not change the topology.
+    fn link_condition(&self, a: u32, b: u32) -> bool {
+        let mut opposite: Vec<u32> = self
+            .star(a)
+            .filter(|&triangle| self.has(triangle, b))
+            .flat_map(|triangle| self.triangles[triangle as usize])
+            .filter(|&vertex| vertex != a && vertex != b)
+            .collect();
+        opposite.sort_unstable();
+        let (around_a, around_b) = (self.neighbours(a), self.neighbours(b));
+        if !common(&around_a, &around_b).eq(opposite.iter().copied()) {
+            return false;
+        }
+        let on_boundary = |around: &Neighbours| around.iter().any(|&(_, uses)| uses == 1);
+        match opposite[..] {
+            // ω is in both links but not in that of an inner edge. Edges can be common too: cd
+            // is if a and b are the tips of two triangles on it.
+            [c, d] => {
+                let both_on_boundary = on_boundary(&around_a) && on_boundary(&around_b);
+                let tip = |end| self.star(end).any(|t| self.has(t, c) && self.has(t, d));
+                let both_tips = tip(a) && tip(b);
+                !both_on_boundary && !both_tips
+            }
+            // On the boundary the same edge is cω: common if the triangle stands alone.
+            [c] => !(around_a.contains(&(c, 1)) && around_b.contains(&(c, 1))),
+            _ => false,
+        }
+    }
+
+    fn neighbours(&self, vertex: u32) -> Neighbours {
+        let mut around: Vec<u32> = self
+            .star(vertex)
+            .flat_map(|triangle| self.triangles[triangle as usize])
+            .filter(|&other| other != vertex)
+            .collect();
+        around.sort_unstable();
+        around
+            .chunk_by(|a, b| a == b)
+            .map(|equal| (equal[0], equal.len() as u32))
+            .collect()
+    }
+
+    /// Replaces `gone` by `kept` in every triangle and removes the triangles on their edge.
+    fn merge(&mut self, kept: u32, gone: u32) {
+        self.merged.union(kept, gone);
+        let star = std::mem::take(&mut self.stars[self.star_of_vertex[gone as usize] as usize]);
+        for &triangle in &star {
+            let vertices = &mut self.triangles[triangle as usize];
+            if vertices.contains(&kept) {
+                self.removed[triangle as usize] = true;
+            }
+            for vertex in vertices.iter_mut().filter(|vertex| **vertex == gone) {
+                *vertex = kept;
+            }
+        }
+        let removed = &self.removed;
+        let kept_star = &mut self.stars[self.star_of_vertex[kept as usize] as usize];
+        kept_star.extend(star);
+        kept_star.retain(|&triangle| !removed[triangle as usize]);
+    }
+}
+
+/// The vertices that occur in both lists, ascending.
+fn common(first: &Neighbours, second: &Neighbours) -> impl Iterator<Item = u32> {
+    let in_second = |vertex: &u32| {
+        second
+            .binary_search_by_key(vertex, |&(other, _)| other)
+            .is_ok()
+    };
+    first.iter().map(|&(vertex, _)| vertex).filter(in_second)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    use super::super::test_meshes::{
+        cube, disjoint_union, disk, mesh, moebius_strip, octahedron, tetrahedron, torus,
+    };
+    use super::*;
+
+    /// What a collapse must keep.
+    fn invariants(mesh: &Mesh) -> impl PartialEq + std::fmt::Debug + use<> {
+        let topology = mesh.topology();
+        (
+            topology.components,
+            topology.euler_characteristic(),
+            topology.boundary_loops,
+            topology.manifold,
+            topology.oriented,
+            topology.watertight,
+        )
+    }
+
+    fn assert_keeps_the_surface(before: &Mesh, after: &Mesh) {
+        assert_eq!(invariants(before), invariants(after));
+        // Only triangles without area go; the rest is added up with other partial sums.
+        assert!((before.area() - after.area()).abs() <= 1e-14 * before.area());
+        assert!((before.volume() - after.volume()).abs() <= 1e-14 * before.area());
+        assert_eq!(after.topology().vertices, after.positions.len());
+    }
+
+    #[test]
+    fn a_mesh_without_zero_length_edges_stays_as_it_is() {
+        for mesh in [cube(1.0, DVec3::ZERO), torus(2.0, 0.5, 7, 5), disk(5)] {
+            let mut collapsed = mesh.clone();
+            assert_eq!(collapsed.collapse_degenerate_edges(), 0);
+            assert_eq!(collapsed, mesh);
+        }
+    }
+
+    #[test]
+    fn a_pinched_edge_collapses_with_its_two_triangles() {
+        let mut pinched = torus(2.0, 0.5, 8, 6);
+        pinched.normals = (0..48).map(|k| DVec3::X * f64::from(k)).collect();
+        pinched.positions[20] = pinched.positions[19];
+        let before = pinched.clone();
+        assert_eq!(pinched.collapse_degenerate_edges(), 1);
+        assert_eq!(pinched.positions.len(), 47);
+        assert_eq!(pinched.triangles.len(), 94);
+        assert_keeps_the_surface(&before, &pinched);
+        // The lesser vertex remains; the others follow in their order, normals with them.
+        assert_eq!(
+            pinched.positions[19..21],
+            [before.positions[19], before.positions[21]]
+        );
+        assert_eq!(
+            pinched.normals[19..21],
+            [before.normals[19], before.normals[21]]
+        );
+    }
+
+    #[test]
+    fn a_patch_of_equal_positions_becomes_one_vertex() {
+        // A 3 × 3 block of vertices of the torus: 9 become 1, with 8 edges and 16 triangles.
+        let mut pinched = torus(2.0, 0.5, 8, 9);
+        for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+            pinched.positions[i * 9 + j] = pinched.positions[0];
+        }
+        let before = pinched.clone();
+        assert_eq!(pinched.collapse_degenerate_edges(), 8);
+        assert_eq!(pinched.triangles.len(), before.triangles.len() - 16);
+        assert_keeps_the_surface(&before, &pinched);
+    }
+
+    #[test]
+    fn a_handle_pinched_to_a_point_remains_a_handle() {
+        // One circle across the torus shrinks to a point: a loop of three edges must remain.
+        let mut pinched = torus(2.0, 0.5, 8, 7);
+        for j in 0..7 {
+            pinched.positions[j] = pinched.positions[0];
+        }
+        let before = pinched.clone();
+        assert_eq!(pinched.collapse_degenerate_edges(), 4);
+        assert_keeps_the_surface(&before, &pinched);
+        assert_eq!(pinched.genus(), Some(1));
+    }
+
+    #[test]
+    fn a_component_without_extent_shrinks_to_a_tetrahedron_and_no_further() {
+        let mut points = octahedron();
+        points.positions.fill(DVec3::ONE);
+        let mut both = disjoint_union(torus(2.0, 0.5, 5, 5), &points);
+        let before = both.clone();
+        assert_eq!(both.collapse_degenerate_edges(), 2);
+        assert_keeps_the_surface(&before, &both);
+        let mut minimal = tetrahedron();
+        minimal.positions.fill(DVec3::ONE);
+        assert_eq!(minimal.collapse_degenerate_edges(), 0);
+        assert_eq!(minimal.triangles.len(), 4);
+    }
+
+    #[test]
+    fn an_edge_that_a_later_collapse_frees_is_collapsed_too() {
+        // A vertex in the middle of a face makes the face's sides a loop without a triangle, so
+        // that edge 02 must wait until edge 46 has taken the vertex away.
+        let mut solid = octahedron();
+        assert_eq!(solid.triangles[0], [0, 2, 4]);
+        solid
+            .triangles
+            .splice(0..1, [[0, 2, 6], [2, 4, 6], [4, 0, 6]]);
+        solid.positions.push(solid.positions[4]);
+        solid.positions[2] = solid.positions[0];
+        let before = solid.clone();
+        assert_eq!(solid.collapse_degenerate_edges(), 2);
+        assert_eq!(solid.triangles.len(), 6);
+        assert_keeps_the_surface(&before, &solid);
+    }
+
+    #[test]
+    fn boundary_edges_collapse_but_no_bridge_between_two_boundaries_does() {
+        let mut rim = disk(6);
+        rim.positions[2] = rim.positions[1];
+        let before = rim.clone();
+        assert_eq!(rim.collapse_degenerate_edges(), 1);
+        assert_eq!(rim.triangles.len(), 5);
+        assert_keeps_the_surface(&before, &rim);
+
+        let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3], [0.0, 1.0, 0.0]];
+        let bridge = mesh(&corners, &[[0, 1, 2], [0, 2, 3]]);
+        let mut collapsed = bridge.clone();
+        assert_eq!(collapsed.collapse_degenerate_edges(), 0);
+        assert_eq!(collapsed, bridge);
+
+        let mut lone = mesh(&corners[..3], &[[0, 1, 2]]);
+        assert_eq!(lone.collapse_degenerate_edges(), 0);
+        assert_eq!(lone.triangles.len(), 1);
+    }
+
+    #[test]
+    fn surfaces_with_the_fewest_possible_vertices_stay() {
+        let mut strip = moebius_strip();
+        strip.positions.fill(DVec3::ZERO);
+        let before = strip.clone();
+        assert_eq!(strip.collapse_degenerate_edges(), 0);
+        assert_eq!(strip, before);
+    }
+
+    #[test]
+    fn edges_of_three_triangles_stay() {
+        let mut book = mesh(
+            &[
+                [0.0; 3],
+                [0.0; 3],
+                [1.0, 0.0, 0.0],
+                [0.0, 1.0, 0.0],
+                [-1.0, 0.0, 0.0],
+            ],
+            &[[0, 1, 2], [0, 1, 3], [1, 0, 4]],
+        );
+        assert_eq!(book.collapse_degenerate_edges(), 0);
+        assert_eq!(book.triangles.len(), 3);
+    }
+
+    #[test]
+    fn unused_vertices_are_dropped() {
+        let mut solid = disjoint_union(disk(3), &octahedron());
+        solid.triangles.drain(..3);
+        solid.drop_unused_vertices();
+        assert_eq!(solid, octahedron());
+    }
+
+    #[test]
+    fn a_large_mesh_with_every_other_vertex_pinched_collapses_in_one_go() {
+        let (around, across) = (400, 100);
+        let mut pinched = torus(2.0, 0.5, around, across);
+        for vertex in (1..pinched.positions.len()).step_by(2) {
+            pinched.positions[vertex] = pinched.positions[vertex - 1];
+        }
+        let before = pinched.clone();
+        let pairs = (around * across / 2) as usize;
+        assert_eq!(pinched.collapse_degenerate_edges(), pairs);
+        assert_eq!(pinched.positions.len(), pairs);
+        assert_keeps_the_surface(&before, &pinched);
+    }
+
+    proptest! {
+        #[test]
+        fn whatever_coincides_the_surface_remains(
+            shape in 0..4,
+            snaps in prop::collection::vec((0..40usize, 0..40usize), 0..60),
+            holes in prop::collection::vec(0..60usize, 0..4),
+        ) {
+            let mut mesh = match shape {
+                0 => torus(2.0, 0.5, 8, 5),
+                1 => disk(12),
+                2 => disjoint_union(cube(1.0, DVec3::ZERO), &octahedron()),
+                _ => disjoint_union(torus(1.0, 0.5, 3, 4), &moebius_strip()),
+            };
+            for hole in holes {
+                let triangle = hole % mesh.triangles.len();
+                mesh.triangles.remove(triangle);
+            }
+            for (from, to) in snaps {
+                let count = mesh.positions.len();
+                mesh.positions[to % count] = mesh.positions[from % count];
+            }
+            mesh.drop_unused_vertices();
+            let mut collapsed = mesh.clone();
+            let count = collapsed.collapse_degenerate_edges();
+            prop_assert_eq!(invariants(&mesh), invariants(&collapsed));
+            prop_assert_eq!(mesh.positions.len() - count, collapsed.positions.len());
+            prop_assert!((mesh.area() - collapsed.area()).abs() <= 1e-13);
+            prop_assert_eq!(collapsed.collapse_degenerate_edges(), 0);
+        }
+    }
+}

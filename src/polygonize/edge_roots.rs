@@ -1,0 +1,284 @@
+//! The roots of F on crossed grid edges, solved together in batches. Every polygonizer, in one,
+//! two and three dimensions, ends here: its vertices are these roots.
+//!
+//! Along each edge F < iso at one end, the inside, and F ≥ iso or NaN at the other. The root is
+//! bracketed and the bracket shrinks by a safeguarded Newton method ("rtsafe" in Press et al.,
+//! Numerical Recipes, 3rd ed., section 9.4): a Newton step where it stays inside the bracket and
+//! at most halves the step before the last, bisection otherwise. It therefore converges
+//! quadratically on smooth fields and no slower than bisection on the others, steep ones, kinks
+//! and jumps included.
+
+use glam::DVec3;
+
+use crate::engine::Field;
+
+/// How many edges are solved together. The columns of a batch fit the first-level cache.
+const BATCH: usize = 512;
+
+/// A part of a line parallel to an axis, on which the sign of F − iso changes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    /// The end with F < iso.
+    pub(super) inside: DVec3,
+    /// The axis that the edge is parallel to.
+    pub(super) axis: usize,
+    /// The coordinate of the other end along the axis.
+    pub(super) outside: f64,
+    /// F − iso at the inside end, negative.
+    pub(super) inside_value: f64,
+    /// F − iso at the outside end, not negative; possibly NaN.
+    pub(super) outside_value: f64,
+}
+
+/// What is asked of the roots.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Accuracy {
+    /// The level: F = iso.
+    pub(super) iso: f64,
+    /// The greatest |F − iso| / |F_x| at a root, a length.
+    pub(super) distance: f64,
+}
+
+/// One root.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Root {
+    /// Where.
+    pub(super) position: DVec3,
+    /// F_x / |F_x|; 0 where that is not defined.
+    pub(super) normal: DVec3,
+    /// |F − iso| / |F_x|: the first-order distance from the level set.
+    pub(super) residual: f64,
+    /// Whether this is no root to the accuracy, but a jump, a pole or the end of the domain.
+    pub(super) poor: bool,
+}
+
+/// The roots on the edges, in their order, and the number of evaluations of F and F_x.
+///
+/// A root that is at an end of its edge to the accuracy is at that end exactly, so that the roots
+/// on all edges that meet there coincide. An edge of no length is its own root, without a normal,
+/// and F is not asked there. The result does not depend on what other edges are solved in the
+/// same call.
+pub(super) fn solve(field: &dyn Field, accuracy: Accuracy, edges: &[Edge]) -> (Vec<Root>, usize) {
+    let at_start = |edge: &Edge| Root {
+        position: edge.inside,
+        ..Root::default()
+    };
+    let mut roots: Vec<Root> = edges.iter().map(at_start).collect();
+    let mut waiting =
+        (edges.iter().enumerate()).filter(|(_, edge)| edge.outside != edge.inside[edge.axis]);
+    let mut searches: Vec<Search> = Vec::with_capacity(BATCH);
+    let mut columns = Columns::default();
+    let mut evaluations = 0;
+    loop {
+        // Refilling the batch as searches end keeps it long to the last.
+        let free = BATCH - searches.len();
+        searches.extend(
+            waiting
+                .by_ref()
+                .take(free)
+                .map(|(index, edge)| Search::new(index, edge)),
+        );
+        if searches.is_empty() {
+            return (roots, evaluations);
+        }
+        evaluations += searches.len();
+        columns.evaluate(field, accuracy.iso, &searches);
+        let mut position = 0;
+        searches.retain_mut(|search| {
+            let (value, gradient) = columns.result(position);
+            position += 1;
+            match search.advance(value, gradient, accuracy.distance) {
+                Some(root) => {
+                    roots[search.index] = root;
+                    false
+                }
+                None => true,
+            }
+        });
+    }
+}
+
+/// The search for the root on one edge.
+struct Search {
+    /// The number of the edge in the list that is solved.
+    index: usize,
+    edge: Edge,
+    /// The point at which F is wanted next.
+    candidate: DVec3,
+    /// The bracket: coordinates along the axis.
+    inside: f64,
+    outside: f64,
+    /// The lengths of the step before the last and of the last.
+    steps: [f64; 2],
+    /// The bracket cannot shrink any more; the candidate is its inside end.
+    exhausted: bool,
+}
+
+impl Search {
+    fn new(index: usize, edge: &Edge) -> Self {
+        let mut search = Search {
+            index,
+            edge: *edge,
+            candidate: edge.inside,
+            inside: edge.inside[edge.axis],
+            outside: edge.outside,
+            steps: [(edge.outside - edge.inside[edge.axis]).abs(); 2],
+            exhausted: false,
+        };
+        let weight = edge.inside_value / (edge.inside_value - edge.outside_value);
+        let secant = search.inside + weight * (search.outside - search.inside);
+        // An infinite or undefined value at an end says nothing about where the root is.
+        search.candidate[edge.axis] = if edge.outside_value == 0.0 {
+            edge.outside
+        } else if edge.outside_value < f64::INFINITY && secant.is_finite() {
+            secant
+        } else {
+            search.middle()
+        };
+        search
+    }
+
+    fn middle(&self) -> f64 {
+        self.inside + 0.5 * (self.outside - self.inside)
+    }
+
+    /// Whether a coordinate lies strictly inside the bracket; false for NaN.
+    fn brackets(&self, coordinate: f64) -> bool {
+        let (low, high) = if self.inside < self.outside {
+            (self.inside, self.outside)
+        } else {
+            (self.outside, self.inside)
+        };
+        low < coordinate && coordinate < high
+    }
+
+    /// Takes F − iso and F_x at the candidate; the root if the search has ended, else the next
+    /// candidate is set.
+    fn advance(&mut self, value: f64, gradient: DVec3, distance: f64) -> Option<Root> {
+        let residual = first_order_distance(value, gradient);
+        if residual <= distance || self.exhausted {
+            return Some(self.root(value, gradient, residual, distance));
+        }
+        let axis = self.edge.axis;
+        let here = self.candidate[axis];
+        if value < 0.0 {
+            self.inside = here;
+        } else {
+            self.outside = here;
+        }
+        let newton = here - value / gradient[axis];
+        let halves = (newton - here).abs() <= 0.5 * self.steps[0];
+        let next = if halves && self.brackets(newton) {
+            newton
+        } else {
+            self.middle()
+        };
+        self.steps = [self.steps[1], (next - here).abs()];
+        self.candidate[axis] = next;
+        // A bracket as narrow as the spacing of numbers on the edge cannot shrink much more, and
+        // what is in it is no root. F at the inside end is certainly defined.
+        let farthest = self.edge.inside[axis].abs().max(self.edge.outside.abs());
+        let width = (self.outside - self.inside).abs();
+        if !self.brackets(next) || width <= f64::EPSILON * farthest {
+            self.exhausted = true;
+            self.candidate[axis] = self.inside;
+        }
+        None
+    }
+
+    /// The root at the candidate, or at an end of the edge if that is as good.
+    fn root(&self, value: f64, gradient: DVec3, residual: f64, distance: f64) -> Root {
+        let Edge {
+            inside,
+            axis,
+            outside,
+            inside_value,
+            outside_value,
+        } = self.edge;
+        // At a pole F changes sign too, and |F| / |F_x| is small there. But |F| has grown beyond
+        // the values at both ends, and F falls where it should rise from the inside to the
+        // outside. Either alone also happens at a true root, by rounding or between two others.
+        // The maximum ignores a NaN.
+        let rise = gradient[axis] * (outside - inside[axis]);
+        let pole = rise < 0.0 && value.abs() > inside_value.abs().max(outside_value.abs());
+        let mut root = Root {
+            position: self.candidate,
+            normal: unit_or_zero(gradient),
+            residual,
+            poor: pole || residual.is_nan() || residual > distance,
+        };
+        for (end, value) in [(inside[axis], inside_value), (outside, outside_value)] {
+            let residual = first_order_distance(value, gradient);
+            if !root.poor && residual <= distance && (end - root.position[axis]).abs() <= distance {
+                root.position[axis] = end;
+                root.residual = residual;
+            }
+        }
+        root
+    }
+}
+
+/// |value| / |gradient|: 0 if the value is, else infinite where the gradient vanishes and NaN
+/// where it is not finite.
+fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    if !gradient.is_finite() {
+        return f64::NAN;
+    }
+    // Scaling keeps the squares from overflowing and vanishing, here and below.
+    let scale = gradient.abs().max_element();
+    if scale == 0.0 {
+        return value.abs() / scale;
+    }
+    value.abs() / scale / (gradient / scale).length()
+}
+
+/// The direction of a vector; 0 if it has none.
+fn unit_or_zero(vector: DVec3) -> DVec3 {
+    let scale = vector.abs().max_element();
+    if scale > 0.0 && vector.is_finite() {
+        (vector / scale).normalize()
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// The points of a batch in structure-of-arrays form, with F − iso and F_x.
+#[derive(Default)]
+struct Columns {
+    points: [Vec<f64>; 3],
+    gradients: [Vec<f64>; 3],
+    values: Vec<f64>,
+}
+
+impl Columns {
+    fn evaluate(&mut self, field: &dyn Field, iso: f64, searches: &[Search]) {
+        for (axis, column) in self.points.iter_mut().enumerate() {
+            column.clear();
+            column.extend(searches.iter().map(|search| search.candidate[axis]));
+        }
+        // Components beyond the dimension stay 0.
+        self.gradients
+            .iter_mut()
+            .for_each(|column| column.resize(searches.len(), 0.0));
+        self.values.resize(searches.len(), 0.0);
+        let dimension = field.dimension();
+        let points = self.points.each_ref().map(Vec::as_slice);
+        let mut gradients = self.gradients.each_mut().map(Vec::as_mut_slice);
+        field.gradients(
+            &points[..dimension],
+            &mut self.values,
+            &mut gradients[..dimension],
+        );
+        self.values.iter_mut().for_each(|value| *value -= iso);
+    }
+
+    fn result(&self, index: usize) -> (f64, DVec3) {
+        (
+            self.values[index],
+            DVec3::from_array([0, 1, 2].map(|axis| self.gradients[axis][index])),
+        )
+    }
+}

@@ -1,0 +1,325 @@
+//! The grid that the polygonizers lay over the box, and the evaluation of F on it in batches.
+//!
+//! A grid is gone through in layers, the sets of points with the same last coordinate: planes in
+//! R3, rows in R2, single points in R1. For the parallel work the cells between layers are
+//! divided into slabs of fixed thickness, whatever the number of threads.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use glam::DVec3;
+use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use super::PolygonizeError;
+use super::edge_roots::Edge;
+use crate::engine::{Field, Monitor};
+use crate::geometry::Bounds;
+
+/// About how many points are given to F at a time.
+const BATCH: usize = 2048;
+
+/// Does `work` on every slab of a grid, in parallel; the results in the order of the slabs.
+///
+/// # Errors
+///
+/// `Cancelled` if the monitor says so before the last slab is begun.
+pub(super) fn for_each_slab<Piece: Send>(
+    grid: &Grid,
+    phase: &str,
+    monitor: &dyn Monitor,
+    work: impl Fn(Range<usize>) -> Piece + Sync,
+) -> Result<Vec<Piece>, PolygonizeError> {
+    let slabs = grid.slabs();
+    let finished = AtomicUsize::new(0);
+    slabs
+        .par_iter()
+        .with_max_len(1)
+        .map(|slab| {
+            if monitor.cancelled() {
+                return Err(PolygonizeError::Cancelled);
+            }
+            let piece = work(slab.clone());
+            let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
+            monitor.progress(phase, done as f64 / slabs.len() as f64);
+            Ok(piece)
+        })
+        .collect()
+}
+
+/// Points of a box, equally spaced along every axis.
+///
+/// With a cap there is one ghost layer of points beyond every side of the box: its points count
+/// as outside, yet they have the coordinates of the side itself, so that what is built between
+/// them and the box lies exactly in the side.
+pub(super) struct Grid {
+    /// The coordinates of the points along each axis, ghosts included; ascending. Axes beyond
+    /// the dimension have none.
+    pub(super) coordinates: Vec<Vec<f64>>,
+    /// The number of ghost layers at each side: 0 or 1.
+    pub(super) ghosts: usize,
+}
+
+/// How many grid points F was seen at, by its value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Seen {
+    pub(super) inside: usize,
+    pub(super) outside: usize,
+    pub(super) nan: usize,
+}
+
+impl Seen {
+    /// What is seen at points with these values of F − iso.
+    pub(super) fn of_values(values: &[f64]) -> Self {
+        let inside = values.iter().filter(|&&value| value < 0.0).count();
+        let nan = values.iter().filter(|value| value.is_nan()).count();
+        Seen {
+            inside,
+            outside: values.len() - inside - nan,
+            nan,
+        }
+    }
+
+    /// The sum of both.
+    pub(super) fn and(self, other: Self) -> Self {
+        Seen {
+            inside: self.inside + other.inside,
+            outside: self.outside + other.outside,
+            nan: self.nan + other.nan,
+        }
+    }
+
+    /// The number of points.
+    pub(super) fn points(self) -> usize {
+        self.inside + self.outside + self.nan
+    }
+}
+
+impl Grid {
+    /// The grid with this many cells along each axis of the box.
+    pub(super) fn new(bounds: &Bounds, cells: &[usize], cap: bool) -> Self {
+        let ghosts = usize::from(cap);
+        let axis = |(side, &count): ((f64, f64), &usize)| {
+            let steps = (0..=count).map(|step| coordinate(side, step, count));
+            let ghost = |end| std::iter::repeat_n(end, ghosts);
+            ghost(side.0).chain(steps).chain(ghost(side.1)).collect()
+        };
+        Grid {
+            coordinates: bounds.sides().zip(cells).map(axis).collect(),
+            ghosts,
+        }
+    }
+
+    /// The number of cells, ghosts aside.
+    pub(super) fn cells(&self) -> usize {
+        let along = |axis| self.real_coordinates(axis).len() - 1;
+        (0..self.coordinates.len()).map(along).product()
+    }
+
+    /// The number of points along an axis, ghosts included.
+    pub(super) fn points(&self, axis: usize) -> usize {
+        self.coordinates[axis].len()
+    }
+
+    /// Whether the point with this index along an axis is a ghost.
+    pub(super) fn is_ghost(&self, axis: usize, index: usize) -> bool {
+        self.ghosts > 0 && (index == 0 || index + 1 == self.points(axis))
+    }
+
+    /// The crossed edge along `axis` from the grid point with the indices `start`, given F − iso
+    /// at both ends. It has no length if it leads to a ghost.
+    pub(super) fn edge(&self, start: &[usize], axis: usize, values: [f64; 2]) -> Edge {
+        let point = |step: usize| {
+            let mut point = DVec3::ZERO;
+            for (along, &index) in start.iter().enumerate() {
+                let index = if along == axis { index + step } else { index };
+                point[along] = self.coordinates[along][index];
+            }
+            point
+        };
+        let inside = if values[0] < 0.0 { 0 } else { 1 };
+        Edge {
+            inside: point(inside),
+            axis,
+            outside: point(1 - inside)[axis],
+            inside_value: values[inside],
+            outside_value: values[1 - inside],
+        }
+    }
+
+    /// Whether an edge leads to a ghost.
+    pub(super) fn leads_to_ghost(&self, start: &[usize], axis: usize) -> bool {
+        self.is_ghost(axis, start[axis]) || self.is_ghost(axis, start[axis] + 1)
+    }
+
+    /// Whether a crossing of an edge means that the box cuts the level set: the edge lies in a
+    /// side of the box or leads to a ghost.
+    pub(super) fn is_cut(&self, start: &[usize], axis: usize) -> bool {
+        let on_side = |(along, &index): (usize, &usize)| {
+            along != axis && (index <= self.ghosts || index + 1 + self.ghosts >= self.points(along))
+        };
+        self.leads_to_ghost(start, axis) || start.iter().enumerate().any(on_side)
+    }
+
+    /// The coordinates along an axis without the ghosts.
+    fn real_coordinates(&self, axis: usize) -> &[f64] {
+        &self.coordinates[axis][self.ghosts..self.points(axis) - self.ghosts]
+    }
+
+    /// The slabs, as ranges of cells along the last axis: at least 8 cells thick except for the
+    /// last one, and 33 at most in number.
+    ///
+    /// F is evaluated twice on the layers between two slabs, which costs at most an eighth more
+    /// and saves the slabs from waiting for each other.
+    fn slabs(&self) -> Vec<Range<usize>> {
+        let cells = self.points(self.coordinates.len() - 1) - 1;
+        let thickness = (cells / 32).max(8);
+        let slab = |start: usize| start..(start + thickness).min(cells);
+        (0..cells).step_by(thickness).map(slab).collect()
+    }
+}
+
+/// The coordinate after `step` of `count` equal steps along a side; exact at both ends.
+fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> f64 {
+    let (done, left) = (step as f64, (count - step) as f64);
+    match (step, count - step) {
+        (0, _) => low,
+        (_, 0) => high,
+        // Symmetric in both ends: a box around 0 has symmetric points.
+        _ => (low * left + high * done) / count as f64,
+    }
+}
+
+/// F on one layer of a grid.
+pub(super) struct Layer {
+    /// F − iso at the layer's points that are not ghosts, the first axis fastest.
+    values: Vec<f64>,
+    /// 1 where F < iso, else 0; ghosts included, the first axis fastest.
+    pub(super) inside: Vec<u8>,
+}
+
+/// The evaluation of F on layer after layer of a grid in R2 or R3.
+pub(super) struct Sweep<'a> {
+    field: &'a dyn Field,
+    iso: f64,
+    grid: &'a Grid,
+    /// The coordinates of a batch of points. Those along the first axis are always the same.
+    columns: Vec<Vec<f64>>,
+    /// Points of a row (along the first axis) that are not ghosts.
+    row: usize,
+    /// Rows of a layer that are not ghosts.
+    rows: usize,
+}
+
+impl<'a> Sweep<'a> {
+    /// A sweep over the grid, nothing evaluated yet.
+    pub(super) fn new(field: &'a dyn Field, iso: f64, grid: &'a Grid) -> Self {
+        let first = grid.real_coordinates(0);
+        let rows = match grid.coordinates.len() {
+            3 => grid.real_coordinates(1).len(),
+            _ => 1,
+        };
+        let length = first.len() * (BATCH / first.len()).clamp(1, rows);
+        let mut columns = vec![vec![0.0; length]; grid.coordinates.len()];
+        for (x, &coordinate) in columns[0].iter_mut().zip(first.iter().cycle()) {
+            *x = coordinate;
+        }
+        let row = first.len();
+        Sweep {
+            field,
+            iso,
+            grid,
+            columns,
+            row,
+            rows,
+        }
+    }
+
+    /// A layer to be filled by [`Sweep::evaluate`].
+    pub(super) fn layer(&self) -> Layer {
+        let planar = self.grid.coordinates.len() - 1;
+        Layer {
+            values: vec![0.0; self.row * self.rows],
+            inside: vec![0; (0..planar).map(|axis| self.grid.points(axis)).product()],
+        }
+    }
+
+    /// Evaluates F on the layer with this index along the last axis.
+    pub(super) fn evaluate(&mut self, index: usize, layer: &mut Layer) -> Seen {
+        let last = self.grid.coordinates.len() - 1;
+        if self.grid.is_ghost(last, index) {
+            layer.values.fill(f64::INFINITY);
+            layer.inside.fill(0);
+            return Seen::default();
+        }
+        self.columns[last].fill(self.grid.coordinates[last][index]);
+        let batch = self.columns[0].len();
+        for (number, values) in layer.values.chunks_mut(batch).enumerate() {
+            if last == 2 {
+                let rows = &self.grid.real_coordinates(1)[number * batch / self.row..];
+                for (y, row) in rows.iter().zip(self.columns[1].chunks_mut(self.row)) {
+                    row.fill(*y);
+                }
+            }
+            let points = self.columns.iter().map(|column| &column[..values.len()]);
+            self.field.values(&points.collect::<Vec<_>>(), values);
+        }
+        self.classify(layer)
+    }
+
+    /// Sets the flags of an evaluated layer, and turns its values to F − iso.
+    fn classify(&self, layer: &mut Layer) -> Seen {
+        let ghosts = self.grid.ghosts;
+        let stride = self.grid.points(0);
+        // In R2 a layer is one row and has no ghost rows before it.
+        let ghost_rows = (layer.inside.len() / stride - self.rows) / 2;
+        let rows = layer.inside.chunks_mut(stride).skip(ghost_rows);
+        let mut seen = Seen::default();
+        for (values, flags) in layer.values.chunks_mut(self.row).zip(rows) {
+            let mut nan = 0;
+            for (value, flag) in values.iter_mut().zip(&mut flags[ghosts..]) {
+                *value -= self.iso;
+                *flag = u8::from(*value < 0.0);
+                nan += u64::from(value.is_nan());
+            }
+            // The ghosts beside the row have the flag 0.
+            let inside: u64 = flags.iter().map(|&flag| u64::from(flag)).sum();
+            seen.nan += nan as usize;
+            seen.inside += inside as usize;
+        }
+        seen.outside = layer.values.len() - seen.inside - seen.nan;
+        seen
+    }
+
+    /// F − iso at a point of an evaluated layer, by its indices along the first axis and, in R3,
+    /// the second (else 0); infinite for the ghosts beside the layer.
+    pub(super) fn value(&self, layer: &Layer, i: usize, j: usize) -> f64 {
+        let planar = self.grid.coordinates.len() - 1;
+        if self.grid.is_ghost(0, i) || planar == 2 && self.grid.is_ghost(1, j) {
+            return f64::INFINITY;
+        }
+        let row = if planar == 2 { j - self.grid.ghosts } else { 0 };
+        layer.values[row * self.row + i - self.grid.ghosts]
+    }
+}
+
+/// Calls `visit` with every index at which two rows of flags of equal length differ, in ascending
+/// order.
+pub(super) fn for_each_difference(one: &[u8], other: &[u8], mut visit: impl FnMut(usize)) {
+    // Rows are alike almost everywhere: flags are compared many at a time.
+    const WIDTH: usize = 16;
+    let (chunks, rest) = one.as_chunks::<WIDTH>();
+    let (other_chunks, other_rest) = other.as_chunks::<WIDTH>();
+    let mut compare = |start: usize, one: &[u8], other: &[u8]| {
+        for (offset, (a, b)) in one.iter().zip(other).enumerate() {
+            if a != b {
+                visit(start + offset);
+            }
+        }
+    };
+    for (number, (one, other)) in chunks.iter().zip(other_chunks).enumerate() {
+        if one != other {
+            compare(number * WIDTH, one, other);
+        }
+    }
+    compare(chunks.len() * WIDTH, rest, other_rest);
+}

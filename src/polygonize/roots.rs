@@ -1,0 +1,84 @@
+//! Roots in R1: bracketing on uniform cells, then the solver for grid edges.
+
+use std::ops::Range;
+
+use glam::DVec3;
+
+use super::edge_roots::{self, Accuracy, Edge, Root};
+use super::grid::{Grid, Seen, for_each_slab};
+use super::{PolygonizeError, Statistics};
+use crate::engine::{Field, Monitor};
+
+/// The roots in ascending order, what was seen of F on the grid, and the statistics.
+///
+/// Unlike the vertices of curves and surfaces, poor roots are left out: nothing depends on them,
+/// and a pole is no root.
+pub(super) fn find(
+    field: &dyn Field,
+    accuracy: Accuracy,
+    grid: &Grid,
+    monitor: &dyn Monitor,
+) -> Result<(Vec<f64>, Seen, Statistics), PolygonizeError> {
+    let points = &grid.coordinates[0];
+    let pieces = for_each_slab(grid, "finding roots", monitor, |cells| {
+        find_piece(field, accuracy, points, cells)
+    })?;
+
+    let mut found = Vec::new();
+    let mut seen = Seen::default();
+    let mut statistics = Statistics::default();
+    for (roots, piece_seen, evaluations) in pieces {
+        let good = roots.iter().filter(|root| !root.poor);
+        found.extend(good.map(|root| root.position.x));
+        seen = seen.and(piece_seen);
+        statistics = statistics.and(Statistics {
+            evaluations,
+            nan_points: piece_seen.nan,
+            ..Statistics::of_roots(&roots)
+        });
+    }
+    // Two roots within the tolerance of the grid point between them are both there.
+    found.dedup();
+    let at_end = |root: &f64| *root == points[0] || *root == points[points.len() - 1];
+    statistics.cut_by_box = found.iter().any(at_end);
+    Ok((found, seen, statistics))
+}
+
+/// The roots in a range of cells, not counting its upper end unless that is the last point; what
+/// was seen at the same points, and the number of evaluations.
+fn find_piece(
+    field: &dyn Field,
+    accuracy: Accuracy,
+    points: &[f64],
+    cells: Range<usize>,
+) -> (Vec<Root>, Seen, usize) {
+    let last = cells.end + 1 == points.len();
+    let points = &points[cells.start..=cells.end];
+    let own = if last { points.len() } else { points.len() - 1 };
+    let mut values = vec![0.0; points.len()];
+    field.values(&[points], &mut values);
+    values.iter_mut().for_each(|value| *value -= accuracy.iso);
+
+    let edge = |inside: usize, outside: usize| Edge {
+        inside: DVec3::new(points[inside], 0.0, 0.0),
+        axis: 0,
+        outside: points[outside],
+        inside_value: values[inside],
+        outside_value: values[outside],
+    };
+    let mut edges = Vec::new();
+    for here in 0..own {
+        if values[here] == 0.0 {
+            // A root at a grid point, once and exactly: an edge of no length.
+            edges.push(edge(here, here));
+        } else if here + 1 < points.len() && values[here + 1] != 0.0 {
+            match (values[here] < 0.0, values[here + 1] < 0.0) {
+                (true, false) => edges.push(edge(here, here + 1)),
+                (false, true) => edges.push(edge(here + 1, here)),
+                _ => {}
+            }
+        }
+    }
+    let (roots, more) = edge_roots::solve(field, accuracy, &edges);
+    (roots, Seen::of_values(&values[..own]), points.len() + more)
+}

@@ -1,0 +1,86 @@
+//! What a sampler tells about its run.
+
+use crate::geometry::Bounds;
+
+/// What happened while sampling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Statistics {
+    /// Particles released for the final sample.
+    pub started: u64,
+    /// Points in the final sample: `started` without the dropped ones.
+    pub points: u64,
+    /// Steps of the slowest particle of the final sample, Newton's not included.
+    pub iterations: u32,
+    /// Steps of all particles together, preliminary search included.
+    pub steps: u64,
+    /// Evaluations of h and ∇h at one point, everything included.
+    pub evaluations: u64,
+    /// Particles of the final sample that gave no point, by reason.
+    pub dropped: Dropped,
+    /// Whether the sample can be relied on: the preliminary search came to an end, and at most
+    /// one particle in a hundred is dropped as unconverged. Particles caught by spurious
+    /// attractors or gone from the box are what the method expects and don't count here.
+    pub converged: bool,
+    /// Rounds of the preliminary search.
+    pub searches: u32,
+    /// Whether the preliminary search ended because its last round found nothing outside the
+    /// earlier ones. If not, the surface is probably unbounded, or there is none.
+    pub settled: bool,
+    /// The box in which the final particles started. Its diagonal is the unit of the tolerance.
+    pub bounds: Bounds,
+    /// The largest |F| / |F_x| of a point, 0 without points.
+    pub max_residual: f64,
+    /// Evaluations at which F, or F_x off the surface, was NaN or infinite. Such places count
+    /// as outside.
+    pub nan_points: u64,
+    /// Points of the sample where F and F_x vanish together: the surface is singular there, or
+    /// F is zero on a whole region.
+    pub singular: u64,
+}
+
+/// Particles that gave no point, by reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Dropped {
+    /// Caught where the gradient vanishes and the field does not: at a local minimum of |F|, a
+    /// spurious attractor, or on a plateau.
+    pub spurious: u64,
+    /// Not within the tolerance when the iteration limit was reached, or stuck at a jump or at
+    /// the border of where the field is defined.
+    pub unconverged: u64,
+    /// Gone from the box.
+    pub left: u64,
+    /// Without a start: the field was undefined wherever they tried.
+    pub undefined: u64,
+}
+
+impl Dropped {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.spurious + self.unconverged + self.left + self.undefined
+    }
+}
+
+/// Counts kept while particles move. All are sums or maxima of whole numbers, so that adding
+/// tallies gives the same result in any order.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally {
+    pub(super) iterations: u32,
+    pub(super) steps: u64,
+    pub(super) evaluations: u64,
+    pub(super) undefined_evaluations: u64,
+    pub(super) dropped: Dropped,
+}
+
+impl Tally {
+    /// Adds the counts of other particles.
+    pub(super) fn add(&mut self, other: &Tally) {
+        self.iterations = self.iterations.max(other.iterations);
+        self.steps += other.steps;
+        self.evaluations += other.evaluations;
+        self.undefined_evaluations += other.undefined_evaluations;
+        self.dropped.spurious += other.dropped.spurious;
+        self.dropped.unconverged += other.dropped.unconverged;
+        self.dropped.left += other.dropped.left;
+        self.dropped.undefined += other.dropped.undefined;
+    }
+}

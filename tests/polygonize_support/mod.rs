@@ -1,0 +1,60 @@
+//! Fields given by closures, for the tests of the polygonizers.
+
+use glam::DVec3;
+use imp::engine::Field;
+use imp::geometry::Bounds;
+
+/// A field whose closure returns F and F_x at a point.
+pub(crate) struct Closure<F> {
+    pub(crate) dimension: usize,
+    pub(crate) function: F,
+}
+
+impl<F: Fn(DVec3) -> (f64, DVec3) + Send + Sync> Field for Closure<F> {
+    fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    fn parameters(&self) -> &[f64] {
+        &[]
+    }
+
+    fn values(&self, points: &[&[f64]], values: &mut [f64]) {
+        for (index, value) in values.iter_mut().enumerate() {
+            *value = (self.function)(point(points, index)).0;
+        }
+    }
+
+    fn gradients(&self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]) {
+        for (index, value) in values.iter_mut().enumerate() {
+            let (here, gradient) = (self.function)(point(points, index));
+            *value = here;
+            for (axis, column) in gradients.iter_mut().enumerate() {
+                column[index] = gradient[axis];
+            }
+        }
+    }
+
+    fn parameter_gradients(
+        &self,
+        points: &[&[f64]],
+        values: &mut [f64],
+        gradients: &mut [&mut [f64]],
+        _parameter_gradients: &mut [&mut [f64]],
+    ) {
+        self.gradients(points, values, gradients);
+    }
+}
+
+fn point(columns: &[&[f64]], index: usize) -> DVec3 {
+    let mut point = DVec3::ZERO;
+    for (axis, column) in columns.iter().enumerate() {
+        point[axis] = column[index];
+    }
+    point
+}
+
+/// The box with the same side along every axis.
+pub(crate) fn cube(dimension: usize, low: f64, high: f64) -> Bounds {
+    Bounds::from_sides(&vec![(low, high); dimension]).unwrap()
+}

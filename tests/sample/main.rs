@@ -1,0 +1,6 @@
+//! The samplers as the rest of the program uses them: through the `Field` trait alone.
+
+mod fields;
+mod options;
+mod particles;
+mod thinning;
