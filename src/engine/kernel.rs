@@ -80,9 +80,15 @@ impl Kernel {
             for (coordinate, column) in point.iter_mut().zip(columns) {
                 *coordinate = column[index];
             }
-            interpret::evaluate(&self.lowered, &point, uniforms, &mut registers, |output, value| {
-                outputs[output][index] = value;
-            });
+            interpret::evaluate(
+                &self.lowered,
+                &point,
+                uniforms,
+                &mut registers,
+                |output, value| {
+                    outputs[output][index] = value;
+                },
+            );
         }
     }
 

@@ -98,9 +98,8 @@ pub(super) fn lower(
 impl Lowered {
     /// Appends a step where it belongs and returns the place of its result.
     fn push(&mut self, step: Step) -> Operand {
-        let varies = |operand: &Operand| {
-            matches!(operand, Operand::Coordinate(_) | Operand::Register(_))
-        };
+        let varies =
+            |operand: &Operand| matches!(operand, Operand::Coordinate(_) | Operand::Register(_));
         if step.operands().iter().any(varies) {
             self.steps.push(step);
             Operand::Register(self.steps.len() as u32 - 1)
@@ -140,7 +139,9 @@ pub(super) fn rebuild(
 ) -> (Graph, Vec<NodeId>) {
     let mut target = Graph::new();
     // Every operand is overwritten before it is read, since operands come first.
-    let mut copies = roots.first().map_or_else(Vec::new, |&root| vec![root; graph.len()]);
+    let mut copies = roots
+        .first()
+        .map_or_else(Vec::new, |&root| vec![root; graph.len()]);
     for id in graph.reachable(roots) {
         let node = graph.node(id);
         let mut operands = [id; 3];

@@ -7,7 +7,7 @@
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
 use crate::graph::interval::{self, Interval};
-use crate::graph::{Graph, Node, NodeId, derive};
+use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
 /// What executes kernels. Both give the same bits.
@@ -130,6 +130,12 @@ impl Program {
         }
     }
 
+    /// The roots and all that they are made of as text; parameters are named by their places in
+    /// the program's q.
+    pub fn graph_text(&self) -> String {
+        print::text(&self.graph, &self.roots)
+    }
+
     /// The kernels in Cranelift's intermediate representation: values and, of a program with one
     /// root, the derivatives. The same text on every machine.
     pub fn clif(&self) -> String {
@@ -147,7 +153,8 @@ impl Program {
 
     /// The kernel of the roots.
     pub(super) fn values(&self) -> &Kernel {
-        self.values.get_or_init(|| self.kernel(&self.graph, &self.roots))
+        self.values
+            .get_or_init(|| self.kernel(&self.graph, &self.roots))
     }
 
     /// The kernel of the first root and its F_x.
@@ -157,7 +164,8 @@ impl Program {
 
     /// The kernel of the first root, its F_x and its F_q.
     pub(super) fn parameter_gradients(&self) -> &Kernel {
-        self.parameter_gradients.get_or_init(|| self.derivatives(self.parameters.len()))
+        self.parameter_gradients
+            .get_or_init(|| self.derivatives(self.parameters.len()))
     }
 
     /// The first root, its F_x and the first components of its F_q, from one reverse sweep.

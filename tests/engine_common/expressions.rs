@@ -1,5 +1,6 @@
 //! Seeded random expressions that use every operation of the table, and points to try them at.
 
+use imp::graph::operation::Derivative;
 use imp::graph::{Graph, Node, NodeId, Op};
 
 /// A sequence of random numbers (splitmix64, Steele et al. 2014), the same on every machine.
@@ -75,7 +76,12 @@ pub(crate) fn expression(graph: &mut Graph, seed: u64) -> NodeId {
             false => random.choose(Op::ALL),
         };
         root = apply(graph, random, op, root, &nodes);
-        if random.below(4) == 0 {
+        if matches!(op.operation().derivative, Derivative::Zero) {
+            // So that steps leave something to differentiate.
+            let leaf = random.choose(&nodes);
+            root = graph.apply(Op::Add, &[root, leaf]);
+        }
+        if random.below(3) == 0 {
             root = tame(graph, random, root);
         }
         nodes.push(root);
@@ -84,7 +90,13 @@ pub(crate) fn expression(graph: &mut Graph, seed: u64) -> NodeId {
 }
 
 /// The operation on the newest node and random others, in random order.
-fn apply(graph: &mut Graph, random: &mut Random, op: Op, newest: NodeId, nodes: &[NodeId]) -> NodeId {
+fn apply(
+    graph: &mut Graph,
+    random: &mut Random,
+    op: Op,
+    newest: NodeId,
+    nodes: &[NodeId],
+) -> NodeId {
     if op == Op::IntegerPower {
         let exponent = graph.constant(random.below(9) as f64 - 3.0);
         return graph.apply(op, &[newest, exponent]);

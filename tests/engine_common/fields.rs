@@ -42,7 +42,11 @@ pub(crate) fn blobs(count: usize) -> Example {
     let mut sum = None;
     for index in 0..count {
         let phase = index as f64;
-        let centre = [0.31 * phase % 1.7 - 0.85, 0.47 * phase % 1.5 - 0.75, 0.23 * phase % 1.1 - 0.55];
+        let centre = [
+            0.31 * phase % 1.7 - 0.85,
+            0.47 * phase % 1.5 - 0.75,
+            0.23 * phase % 1.1 - 0.55,
+        ];
         let size = 0.25 + 0.07 * phase % 0.2;
         let place = q.len();
         let distance = squared_distance(&mut graph, |graph, axis| graph.parameter(place + axis));
@@ -77,7 +81,11 @@ pub(crate) fn spheres(count: usize) -> Example {
     let mut solid = None;
     for index in 0..count {
         let phase = index as f64;
-        let centre = [(2.4 * phase) % 1.9 - 0.95, (1.7 * phase) % 1.8 - 0.9, (0.9 * phase) % 2.0 - 1.0];
+        let centre = [
+            (2.4 * phase) % 1.9 - 0.95,
+            (1.7 * phase) % 1.8 - 0.9,
+            (0.9 * phase) % 2.0 - 1.0,
+        ];
         let distance = squared_distance(&mut graph, |graph, axis| graph.constant(centre[axis]));
         let distance = graph.apply(Op::SquareRoot, &[distance]);
         let radius = graph.constant(0.1 + 0.03 * phase % 0.1);

@@ -8,9 +8,22 @@
 use crate::engine::lower::{Lowered, Operand};
 use std::ops::Range;
 
-/// The number of points that a kernel of several chunks takes at a time. A slot then has 512
-/// bytes, so that even hundreds of live values stay in the first or second level of cache.
-pub(super) const BLOCK: usize = 64;
+/// How long functions may be, in steps.
+#[derive(Clone, Copy)]
+pub(super) struct Lengths {
+    /// The longest kernel that stays in one piece.
+    pub(super) whole: usize,
+    /// The length of the pieces of a longer one.
+    pub(super) chunk: usize,
+}
+
+/// Measured with the gradient of 100 spheres (2,700 steps): in one piece it takes 42 ms to compile
+/// and 1.4 µs a point; in chunks of 1,024 steps 15 ms and 2.1 µs; in chunks of 128 steps 16 ms and
+/// 1.2 µs. In short chunks less is spilled, and what waits is written and read along the block.
+pub(super) const LENGTHS: Lengths = Lengths {
+    whole: 1024,
+    chunk: 128,
+};
 
 /// The steps of a kernel, cut.
 pub(super) struct Plan {
@@ -20,29 +33,34 @@ pub(super) struct Plan {
     pub(super) slot: Vec<u32>,
     /// The number of slots.
     pub(super) slots: usize,
+    /// The number of points that several chunks take at a time: the lanes of a slot. 64 or, where
+    /// thousands of slots would leave the cache, 8.
+    pub(super) block: usize,
 }
 
 /// The register is used only in the chunk that computes it.
 pub(super) const NO_SLOT: u32 = u32::MAX;
 
-/// Cuts into chunks of at most `length` steps. Takes linear time.
-pub(super) fn plan(lowered: &Lowered, length: usize) -> Plan {
+/// Cuts a kernel. Takes linear time.
+pub(super) fn plan(lowered: &Lowered, lengths: Lengths) -> Plan {
     let count = lowered.steps.len();
+    let length = if count <= lengths.whole {
+        count.max(1)
+    } else {
+        lengths.chunk
+    };
     let mut plan = Plan {
         chunks: Vec::new(),
         slot: vec![NO_SLOT; count],
         slots: 0,
+        block: 64,
     };
-    let mut start = 0;
-    while start < count {
-        let end = count.min(start + length);
-        plan.chunks.push(start..end);
-        start = end;
+    for start in (0..count.max(1)).step_by(length) {
+        plan.chunks.push(start..count.min(start + length));
     }
-    if plan.chunks.len() <= 1 {
-        plan.chunks = std::iter::once(0..count).collect();
-    } else {
-        assign_slots(lowered, length, &mut plan);
+    assign_slots(lowered, length, &mut plan);
+    if plan.slots > 4096 {
+        plan.block = 8;
     }
     plan
 }

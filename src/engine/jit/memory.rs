@@ -35,7 +35,12 @@ impl FreeingModule {
 
 impl Drop for FreeingModule {
     fn drop(&mut self) {
-        if let Some(module) = self.module.get_mut().unwrap_or_else(PoisonError::into_inner).take() {
+        if let Some(module) = self
+            .module
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+        {
             // SAFETY: nothing of this module runs, since running borrows the owner of this
             // value, which is being dropped; and its function pointers are private to that
             // owner, so none can be called later.

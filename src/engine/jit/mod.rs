@@ -23,7 +23,7 @@ mod translate;
 
 use super::lower::Lowered;
 use crate::graph::Op;
-use chunk::{BLOCK, Plan};
+use chunk::{Lengths, Plan};
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{ExtFuncData, ExternalName, Function, UserFuncName};
 use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
@@ -37,12 +37,9 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
-/// The steps of a chunk: the longest function that is given to Cranelift. Longer functions take
-/// more than proportionally long to compile, and their frames could outgrow a thread's stack.
-const CHUNK: usize = 4096;
-
-/// The longest kernel that is compiled; beyond it the interpreter serves.
-const LARGEST_KERNEL: usize = 2_000_000;
+/// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it the
+/// interpreter serves.
+const LARGEST_KERNEL: usize = 250_000;
 
 /// Why there is no machine code.
 #[derive(Debug, Error)]
@@ -89,17 +86,24 @@ pub(super) struct MachineCode {
     uniforms: usize,
     outputs: usize,
     slots: usize,
+    /// How many points a call may have, if there are several chunks.
+    block: usize,
     /// Owns the memory of `chunks`; it is freed with this value, when nobody can call them.
     _module: FreeingModule,
 }
 
-/// Compiles a kernel. Takes 1 to 3 ms per 1,000 steps.
+/// Compiles a kernel. Takes 3 to 6 ms per 1,000 steps.
 pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
+    compile_with(lowered, chunk::LENGTHS)
+}
+
+/// Compiles a kernel in functions of these lengths.
+fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<MachineCode, Refusal> {
     let target = target().ok_or(Refusal::Processor)?;
     if lowered.steps.len() > LARGEST_KERNEL || lowered.dimension > 3 {
         return Err(Refusal::TooLarge);
     }
-    let plan = chunk::plan(lowered, CHUNK);
+    let plan = chunk::plan(lowered, lengths);
     let mut owner = FreeingModule::new(builder(target.clone()));
     let module = owner.module().ok_or(Refusal::Processor)?;
     let functions = define(module, lowered, &plan)?;
@@ -119,6 +123,7 @@ pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
         uniforms: lowered.uniforms(),
         outputs: lowered.outputs.len(),
         slots: plan.slots,
+        block: plan.block,
         _module: owner,
     })
 }
@@ -164,8 +169,11 @@ impl MachineCode {
 
     /// Runs the chunks; the pointers are those of [`MachineCode::run`].
     fn call(&self, count: usize, inputs: &[*const f64], uniforms: &[f64], outputs: &[*mut f64]) {
-        let block = if self.chunks.len() > 1 { BLOCK } else { count.max(1) };
-        let mut slots = vec![0.0; self.slots * BLOCK];
+        let block = match self.chunks.len() {
+            1 => count.max(1),
+            _ => self.block,
+        };
+        let mut slots: Vec<f64> = Vec::with_capacity(self.slots * self.block);
         for begin in (0..count).step_by(block) {
             let end = count.min(begin + block);
             for chunk in &self.chunks {
@@ -173,8 +181,9 @@ impl MachineCode {
                 // positions below `end` only, and `run` has checked that there are so many
                 // columns, each at least `count` long; the outputs come from exclusive
                 // references, so they overlap nothing. It reads the uniforms that `run` has
-                // counted, and of the slots the lanes below `end - begin`, at most BLOCK, of
-                // `self.slots` ones. Its memory is alive, since `self` owns it.
+                // counted. It uses of `self.slots` slots the lanes below `end - begin`, which is
+                // at most `self.block`, and writes each before it reads it. The code is alive,
+                // since `self` owns its memory.
                 unsafe {
                     chunk(
                         begin,
@@ -193,33 +202,35 @@ impl MachineCode {
 /// The kernel as text in Cranelift's intermediate representation, before anything specific to a
 /// processor: the same on every machine.
 pub(super) fn text(name: &str, lowered: &Lowered) -> String {
-    let plan = chunk::plan(lowered, CHUNK);
-    let convention = CallConv::SystemV;
-    let mut text = String::new();
-    for chunk in 0..plan.chunks.len() {
-        let mut memory = FunctionBuilderContext::new();
-        let mut function = Function::new();
-        let suffix = if chunk > 0 { format!("_{chunk}") } else { String::new() };
+    let plan = chunk::plan(lowered, chunk::LENGTHS);
+    let functions = (0..plan.chunks.len()).map(|chunk| {
+        let mut function = named(lowered, &plan, chunk, CallConv::SystemV);
+        let suffix = match chunk {
+            0 => String::new(),
+            _ => format!("_{chunk}"),
+        };
         function.name = UserFuncName::testcase(format!("{name}{suffix}"));
-        function.signature = translate::signature(convention);
-        let Ok(_) = translate::translate(
-            &mut function,
-            &mut memory,
-            (lowered, &plan, chunk),
-            &mut |function, op| {
-                let signature = translate::host_signature(convention);
-                let signature = function.import_signature(signature);
-                Ok::<_, Infallible>(function.import_function(ExtFuncData {
-                    name: ExternalName::testcase(op.name()),
-                    signature,
-                    colocated: false,
-                    patchable: false,
-                }))
-            },
-        );
-        text += &function.display().to_string();
-    }
-    text
+        function.display().to_string()
+    });
+    functions.collect::<Vec<String>>().join("\n")
+}
+
+/// One chunk, in which host functions go by their names; to be looked at, not to be linked.
+fn named(lowered: &Lowered, plan: &Plan, chunk: usize, convention: CallConv) -> Function {
+    let mut function = Function::new();
+    function.signature = translate::signature(convention);
+    let mut memory = FunctionBuilderContext::new();
+    let import = &mut |function: &mut Function, op: Op| {
+        let signature = function.import_signature(translate::host_signature(convention));
+        Ok::<_, Infallible>(function.import_function(ExtFuncData {
+            name: ExternalName::testcase(op.name()),
+            signature,
+            colocated: false,
+            patchable: false,
+        }))
+    };
+    let Ok(_) = translate::translate(&mut function, &mut memory, (lowered, plan, chunk), import);
+    function
 }
 
 /// The processor and the settings; made once, it is the same for all kernels.
@@ -227,9 +238,7 @@ fn target() -> Option<&'static OwnedTargetIsa> {
     static TARGET: OnceLock<Option<OwnedTargetIsa>> = OnceLock::new();
     TARGET
         .get_or_init(|| {
-            // Rounding without SSE4.1 would need library calls.
-            #[cfg(target_arch = "x86_64")]
-            if !std::arch::is_x86_feature_detected!("sse4.1") {
+            if !is_served() {
                 return None;
             }
             let mut flags = settings::builder();
@@ -242,13 +251,29 @@ fn target() -> Option<&'static OwnedTargetIsa> {
         .as_ref()
 }
 
+/// Whether the processor has all that the code needs: vectors for the masks, which Cranelift's
+/// other targets do not always have, and rounding to integers without a call of the C library.
+fn is_served() -> bool {
+    #[cfg(target_arch = "x86_64")]
+    return std::arch::is_x86_feature_detected!("sse4.1");
+    #[cfg(not(target_arch = "x86_64"))]
+    return cfg!(target_arch = "aarch64");
+}
+
 /// Cranelift's settings and their reasons.
 const SETTINGS: &[(&str, &str)] = &[
-    // The optimiser finds nothing to do in hash-consed code, and what it hoists out of the loop
-    // is spilled again: code gets faster and compilation twice as fast without it.
+    // The optimiser finds little to do in hash-consed code, and what it hoists out of the loop is
+    // spilled again: no faster, at 1.4 times the time of compilation.
     ("opt_level", "none"),
     ("regalloc_algorithm", "backtracking"),
-    ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
+    (
+        "enable_verifier",
+        if cfg!(debug_assertions) {
+            "true"
+        } else {
+            "false"
+        },
+    ),
     ("is_pic", "false"),
     ("use_colocated_libcalls", "false"),
     // Nothing unwinds through a kernel, since host functions do not panic.
@@ -296,3 +321,6 @@ fn define(module: &mut impl Module, lowered: &Lowered, plan: &Plan) -> ModuleRes
     }
     Ok(functions)
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,9 +10,9 @@
 //! memory operands: kept alive over the loop they would all be spilled around the first call.
 //! For the same reason an output is stored as soon as it is known.
 
-use super::chunk::{BLOCK, NO_SLOT, Plan};
-use super::emit;
-use crate::engine::lower::{Lowered, Operand};
+use super::chunk::{NO_SLOT, Plan};
+use super::emit::{self, Number};
+use crate::engine::lower::{Lowered, Operand, Step};
 use crate::graph::Op;
 use cranelift_codegen::ir::condcodes::IntCC;
 use cranelift_codegen::ir::types::{F64, I64};
@@ -72,11 +72,12 @@ pub(super) fn translate<'f, E>(
         builder,
         plan,
         range: plan.chunks[chunk].clone(),
-        values: Vec::with_capacity(plan.chunks[chunk].len()),
-        truths: Vec::with_capacity(plan.chunks[chunk].len()),
+        registers: Vec::with_capacity(plan.chunks[chunk].len()),
+        coordinates: Vec::with_capacity(lowered.dimension),
         pointers,
         offset,
     };
+    point.load_coordinates();
     point.compute(lowered, import)?;
     if chunk + 1 == plan.chunks.len() {
         point.store_plain_outputs(lowered);
@@ -113,7 +114,11 @@ fn enter(
     let begin = builder.ins().ishl_imm_u(begin, 3);
     let end = builder.ins().ishl_imm_u(end, 3);
     let columns = (0..dimension as i32)
-        .map(|axis| builder.ins().load(POINTER, constant_memory(), inputs, axis * SIZE))
+        .map(|axis| {
+            builder
+                .ins()
+                .load(POINTER, constant_memory(), inputs, axis * SIZE)
+        })
         .collect();
     let slots = builder.ins().isub(slots, begin);
     let pointers = Pointers {
@@ -135,10 +140,10 @@ struct Point<'a, 'f> {
     builder: FunctionBuilder<'f>,
     plan: &'a Plan,
     range: Range<usize>,
-    /// The values of the chunk's own registers, from `range.start`.
-    values: Vec<Value>,
-    /// For the registers that a comparison made, its bit, which select prefers to the number.
-    truths: Vec<Option<Value>>,
+    /// The numbers in the chunk's own registers, from `range.start`.
+    registers: Vec<Number>,
+    /// The point's coordinates.
+    coordinates: Vec<Number>,
     pointers: Pointers,
     /// The position of the point in its columns, in bytes.
     offset: Value,
@@ -152,32 +157,40 @@ impl Point<'_, '_> {
         import: &mut dyn FnMut(&mut Function, Op) -> Result<FuncRef, E>,
     ) -> Result<(), E> {
         let mut imported = vec![None; Op::ALL.len()];
-        let mut outputs = register_outputs(lowered, &self.range).into_iter().peekable();
+        let mut outputs = register_outputs(lowered, &self.range)
+            .into_iter()
+            .peekable();
         for index in self.range.clone() {
             let step = &lowered.steps[index];
-            let truth = self.truth(step.operands[0]);
-            let operands = step.operands.map(|operand| self.operand(operand));
-            let (value, truth) = match emit::native(step.operation) {
-                Some(instruction) => emit::emit(&mut self.builder, instruction, operands, truth),
+            let mut operands = self.operands(step);
+            let number = match emit::native(step.operation) {
+                Some(instruction) => {
+                    let number = emit::emit(&mut self.builder, instruction, &mut operands);
+                    self.note_masks(step, &operands);
+                    number
+                }
                 None => {
                     let function = match imported[step.operation as usize] {
                         Some(function) => function,
                         None => import(self.builder.func, step.operation)?,
                     };
                     imported[step.operation as usize] = Some(function);
+                    let operands = operands.map(|operand| operand.value);
                     let call = self.builder.ins().call(function, &operands);
-                    (self.builder.inst_results(call)[0], None)
+                    Number::from(self.builder.inst_results(call)[0])
                 }
             };
-            self.values.push(value);
-            self.truths.push(truth);
+            self.registers.push(number);
+            let value = number.value;
             while let Some((_, output)) = outputs.next_if(|&(register, _)| register == index) {
                 self.store_output(output, value);
             }
             if self.plan.slot[index] != NO_SLOT {
                 let (address, displacement) = self.slot(self.plan.slot[index]);
                 let flags = MemFlagsData::trusted();
-                self.builder.ins().store(flags, value, address, displacement);
+                self.builder
+                    .ins()
+                    .store(flags, value, address, displacement);
             }
         }
         Ok(())
@@ -187,41 +200,69 @@ impl Point<'_, '_> {
     fn store_plain_outputs(&mut self, lowered: &Lowered) {
         for (output, &operand) in lowered.outputs.iter().enumerate() {
             if !matches!(operand, Operand::Register(_)) {
-                let value = self.operand(operand);
-                self.store_output(output, value);
+                let number = self.operand(operand);
+                self.store_output(output, number.value);
             }
         }
     }
 
-    /// The value of an operand; everything but the chunk's own registers is fetched anew.
-    fn operand(&mut self, operand: Operand) -> Value {
+    /// Loads the coordinates; those without a use are dropped.
+    fn load_coordinates(&mut self) {
+        for &column in &self.pointers.columns {
+            let address = self.builder.ins().iadd(column, self.offset);
+            let value = self.builder.ins().load(F64, constant_memory(), address, 0);
+            self.coordinates.push(value.into());
+        }
+    }
+
+    /// The operands of a step; those that it does not have repeat the first.
+    fn operands(&mut self, step: &Step) -> [Number; 3] {
+        let first = self.operand(step.operands[0]);
+        let mut operands = [first; 3];
+        for (place, &operand) in step.operands().iter().enumerate().skip(1) {
+            operands[place] = self.operand(operand);
+        }
+        operands
+    }
+
+    /// An operand; constants, uniforms and slots are fetched anew for each use.
+    fn operand(&mut self, operand: Operand) -> Number {
         let ins = self.builder.ins();
         match operand {
-            Operand::Constant(number) => ins.f64const(number),
+            Operand::Constant(number) => ins.f64const(number).into(),
             Operand::Uniform(index) => {
                 let displacement = index as i32 * SIZE;
-                ins.load(F64, constant_memory(), self.pointers.uniforms, displacement)
+                let uniforms = self.pointers.uniforms;
+                ins.load(F64, constant_memory(), uniforms, displacement)
+                    .into()
             }
-            Operand::Coordinate(axis) => {
-                let address = ins.iadd(self.pointers.columns[usize::from(axis)], self.offset);
-                self.builder.ins().load(F64, constant_memory(), address, 0)
-            }
+            Operand::Coordinate(axis) => self.coordinates[usize::from(axis)],
             Operand::Register(register) => match self.own(register) {
-                Some(place) => self.values[place],
+                Some(place) => self.registers[place],
                 None => {
                     let (address, displacement) = self.slot(self.plan.slot[register as usize]);
                     let flags = MemFlagsData::trusted();
-                    self.builder.ins().load(F64, flags, address, displacement)
+                    self.builder
+                        .ins()
+                        .load(F64, flags, address, displacement)
+                        .into()
                 }
             },
         }
     }
 
-    /// The bit of an operand that is a comparison of this chunk.
-    fn truth(&self, operand: Operand) -> Option<Value> {
-        match operand {
-            Operand::Register(register) => self.own(register).and_then(|own| self.truths[own]),
-            _ => None,
+    /// Keeps the masks that a step has made of its operands for the steps to come.
+    fn note_masks(&mut self, step: &Step, operands: &[Number; 3]) {
+        for (&operand, number) in step.operands().iter().zip(operands) {
+            match operand {
+                Operand::Register(register) => {
+                    if let Some(place) = self.own(register) {
+                        self.registers[place] = *number;
+                    }
+                }
+                Operand::Coordinate(axis) => self.coordinates[usize::from(axis)] = *number,
+                Operand::Constant(_) | Operand::Uniform(_) => {}
+            }
         }
     }
 
@@ -233,7 +274,7 @@ impl Point<'_, '_> {
     /// The address of the point's lane of a slot, as base and displacement.
     fn slot(&mut self, slot: u32) -> (Value, i32) {
         let address = self.builder.ins().iadd(self.pointers.slots, self.offset);
-        (address, slot as i32 * BLOCK as i32 * SIZE)
+        (address, slot as i32 * self.plan.block as i32 * SIZE)
     }
 
     /// Stores one output of the point. The column's address is loaded anew: with the dozens of
@@ -241,9 +282,16 @@ impl Point<'_, '_> {
     fn store_output(&mut self, output: usize, value: Value) {
         let displacement = output as i32 * SIZE;
         let ins = self.builder.ins();
-        let column = ins.load(POINTER, constant_memory(), self.pointers.outputs, displacement);
+        let column = ins.load(
+            POINTER,
+            constant_memory(),
+            self.pointers.outputs,
+            displacement,
+        );
         let address = self.builder.ins().iadd(column, self.offset);
-        self.builder.ins().store(MemFlagsData::trusted(), value, address, 0);
+        self.builder
+            .ins()
+            .store(MemFlagsData::trusted(), value, address, 0);
     }
 }
 
