@@ -120,7 +120,7 @@ fn soup(longest: usize) -> impl Strategy<Value = String> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 1_500,
+        cases: 600,
         failure_persistence: None,
         rng_algorithm: prop::test_runner::RngAlgorithm::ChaCha,
         rng_seed: prop::test_runner::RngSeed::Fixed(1994),

@@ -19,6 +19,9 @@ use crate::syntax::tree::{
     Function, FunctionParameter, Name, UnaryOperator,
 };
 
+/// What `with` binds.
+type Bindings = Vec<(Name, Expression)>;
+
 /// The rule for an expression; `block` is the rule for `{ statements }`.
 pub(super) fn expression<'source>(
     block: Rule<'source, Deep<Block>>,
@@ -40,7 +43,7 @@ pub(super) fn expression<'source>(
 fn operators<'source>(
     operand: Rule<'source, DeepExpression>,
     postfixes: Rule<'source, (Deep<Postfix>, Span)>,
-    bindings: Rule<'source, (Deep<Vec<(Name, Expression)>>, Span)>,
+    bindings: Rule<'source, (Deep<Bindings>, Span)>,
     function_head: Rule<'source, (Deep<Vec<FunctionParameter>>, Span)>,
 ) -> Rule<'source, DeepExpression> {
     use BinaryOperator as B;
@@ -303,7 +306,7 @@ pub(super) fn clauses<'source>(
 /// `with { name = e, … }` and where it ends.
 fn bindings<'source>(
     expression: Rule<'source, DeepExpression>,
-) -> Rule<'source, (Deep<Vec<(Name, Expression)>>, Span)> {
+) -> Rule<'source, (Deep<Bindings>, Span)> {
     let separates =
         |token| matches!(token, Token::Comma | Token::Newline | Token::Semicolon).then_some(());
     let separators = pick(Expectation::Comma, separates).repeated().at_least(1);
@@ -334,7 +337,7 @@ fn bindings<'source>(
 
 fn with<'source>(
     subject: DeepExpression,
-    (bindings, end): (Deep<Vec<(Name, Expression)>>, Span),
+    (bindings, end): (Deep<Bindings>, Span),
     place: &mut Place<'source, '_>,
 ) -> DeepExpression {
     let span = subject.value.span.to(end);
