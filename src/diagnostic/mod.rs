@@ -7,8 +7,10 @@
 use std::borrow::Cow;
 
 mod code;
+mod excerpt;
 pub mod render;
 mod source;
+pub mod suggest;
 
 pub use code::Code;
 pub use source::{Source, SourceId, Sources, Span};
