@@ -121,7 +121,8 @@ fn crates_stay_in_their_rooms() {
     for (path, text) in sources() {
         for (number, line) in program(&text) {
             for (name, home) in KEPT {
-                let used = line.contains(&format!("use {name}")) || line.contains(&format!("{name}::"));
+                let used =
+                    line.contains(&format!("use {name}")) || line.contains(&format!("{name}::"));
                 assert!(
                     !used || path.starts_with(home),
                     "{}:{number}: {name} is known to {home} only",
@@ -155,7 +156,13 @@ fn forbidden_words_are_not_written() {
         }
         for (number, line) in program(&text) {
             let place = format!("{}:{number}: {line}", path.display());
-            for word in ["todo!", "unimplemented!", "dbg!", "#[ignore", "should_panic"] {
+            for word in [
+                "todo!",
+                "unimplemented!",
+                "dbg!",
+                "#[ignore",
+                "should_panic",
+            ] {
                 assert!(!line.contains(word), "{place}");
             }
             assert!(

@@ -77,20 +77,36 @@ fn mesh_reports_what_it_made() {
     std::fs::write(folder.path().join("ball.imp"), SPHERE).unwrap();
     let run = imp_in(
         folder.path(),
-        &["mesh", "ball.imp", "-o", "ball.stl", "--cell", "0.05", "--json"],
+        &[
+            "mesh", "ball.imp", "-o", "ball.stl", "--cell", "0.05", "--json",
+        ],
     );
     let report = run.well().json();
     assert_eq!(report["output"], json!("ball.stl"));
     assert_eq!(report["genus"], json!(0));
     assert_eq!(report["watertight"], json!(true));
     assert_eq!(report["components"], json!(1));
-    assert_eq!(report["compilations"], json!(2), "values, and values with F_x");
+    assert_eq!(
+        report["compilations"],
+        json!(2),
+        "values, and values with F_x"
+    );
     let area = report["area"].as_f64().unwrap();
     assert!((area / (4.0 * std::f64::consts::PI) - 1.0).abs() < 2e-3);
     let triangles = report["triangles"].as_u64().unwrap();
-    let bytes = std::fs::metadata(folder.path().join("ball.stl")).unwrap().len();
+    let bytes = std::fs::metadata(folder.path().join("ball.stl"))
+        .unwrap()
+        .len();
     assert_eq!(bytes, 84 + 50 * triangles);
-    for key in ["method", "vertices", "euler", "boundary_edges", "manifold", "volume", "bounds"] {
+    for key in [
+        "method",
+        "vertices",
+        "euler",
+        "boundary_edges",
+        "manifold",
+        "volume",
+        "bounds",
+    ] {
         assert!(!report[key].is_null(), "{key}");
     }
 }
@@ -118,7 +134,15 @@ fn sample_reports_what_it_made() {
 
 #[test]
 fn parameters_are_set_from_outside() {
-    let words = |setting| ["eval", "examples/torus.imp", "torus(1, 0, 0)", "--set", setting];
+    let words = |setting| {
+        [
+            "eval",
+            "examples/torus.imp",
+            "torus(1, 0, 0)",
+            "--set",
+            setting,
+        ]
+    };
     assert_eq!(imp(&words("r=0.5")).well().stdout, "-0.25\n");
     assert_eq!(imp(&words("r = 1/4")).well().stdout, "-0.0625\n");
     let unknown = imp(&words("radius=0.5"));
@@ -214,7 +238,10 @@ fn bad_programs_end_with_one_message() {
         ("field f(x) = \"text\"", "E0403"),
         ("field f(x, y) = x\nprint(f(1))", "E0401"),
         ("field f(p in R3) = norm(p) - 1\npolygonize(f)", "E0402"),
-        ("param n = 3\nfield f(x) = sum(x for i in range(n))", "E0310"),
+        (
+            "param n = 3\nfield f(x) = sum(x for i in range(n))",
+            "E0310",
+        ),
         ("field f(x) = x\nprint(diff(f, 3))", "E0404"),
         ("polygonize()", "E0204"),
         ("print(norm(1, 2))", "E0205"),
@@ -228,6 +255,10 @@ fn bad_programs_end_with_one_message() {
         assert!(run.stderr.contains(expected), "{shown}\n{}", run.stderr);
         let errors = run.stderr.matches("Error").count();
         assert_eq!(errors, 1, "{shown}\n{}", run.stderr);
-        assert!(run.stderr.len() < 4000, "{shown}: a message of {}", run.stderr.len());
+        assert!(
+            run.stderr.len() < 4000,
+            "{shown}: a message of {}",
+            run.stderr.len()
+        );
     }
 }

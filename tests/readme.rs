@@ -49,12 +49,18 @@ fn every_command_of_the_readme_works() {
     for entry in std::fs::read_dir(examples).unwrap() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|extension| extension == "imp") {
-            let target = folder.path().join("examples").join(path.file_name().unwrap());
+            let target = folder
+                .path()
+                .join("examples")
+                .join(path.file_name().unwrap());
             std::fs::copy(&path, target).unwrap();
         }
     }
     let commands = commands();
-    assert!(commands.len() >= 5, "the README shows few commands: {commands:?}");
+    assert!(
+        commands.len() >= 5,
+        "the README shows few commands: {commands:?}"
+    );
     for command in commands {
         let words: Vec<&str> = command.iter().map(String::as_str).collect();
         let run = imp_in(folder.path(), &words);

@@ -69,12 +69,15 @@ impl Diagnostic {
         }
     }
 
-    /// Adds a labelled place; the first one added is the primary one.
+    /// Adds a labelled place, unless it is [`Span::NOWHERE`]; the first one added is the primary
+    /// one.
     pub fn label(mut self, span: Span, message: impl Into<String>) -> Self {
-        self.labels.push(Label {
-            span,
-            message: message.into(),
-        });
+        if span.is_somewhere() {
+            self.labels.push(Label {
+                span,
+                message: message.into(),
+            });
+        }
         self
     }
 

@@ -10,41 +10,41 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 /// What one run of the program left behind.
-pub struct Run {
+pub(crate) struct Run {
     /// The exit code.
-    pub code: i32,
+    pub(crate) code: i32,
     /// Standard output.
-    pub stdout: String,
+    pub(crate) stdout: String,
     /// Standard error.
-    pub stderr: String,
+    pub(crate) stderr: String,
 }
 
 impl Run {
     /// Standard output as one JSON object.
-    pub fn json(&self) -> Value {
+    pub(crate) fn json(&self) -> Value {
         serde_json::from_str(&self.stdout)
             .unwrap_or_else(|error| panic!("{error}: {}\n{}", self.stdout, self.stderr))
     }
 
     /// Fails unless the program ended well.
-    pub fn well(self) -> Self {
+    pub(crate) fn well(self) -> Self {
         assert_eq!(self.code, 0, "{}\n{}", self.stdout, self.stderr);
         self
     }
 }
 
 /// Runs `imp` with these words in a directory.
-pub fn imp_in(directory: &Path, words: &[&str]) -> Run {
+pub(crate) fn imp_in(directory: &Path, words: &[&str]) -> Run {
     imp_with(directory, words, b"")
 }
 
 /// Runs `imp` with these words at the root of the package.
-pub fn imp(words: &[&str]) -> Run {
+pub(crate) fn imp(words: &[&str]) -> Run {
     imp_in(Path::new(env!("CARGO_MANIFEST_DIR")), words)
 }
 
 /// Runs `imp` with these words and this standard input.
-pub fn imp_with(directory: &Path, words: &[&str], input: &[u8]) -> Run {
+pub(crate) fn imp_with(directory: &Path, words: &[&str], input: &[u8]) -> Run {
     let mut child = Command::new(env!("CARGO_BIN_EXE_imp"))
         .args(words)
         .current_dir(directory)
@@ -70,7 +70,7 @@ pub fn imp_with(directory: &Path, words: &[&str], input: &[u8]) -> Run {
 }
 
 /// Runs a script given as text from standard input.
-pub fn script(text: &str) -> Run {
+pub(crate) fn script(text: &str) -> Run {
     let directory = tempfile::tempdir().expect("a temporary directory");
     imp_with(directory.path(), &["run", "-"], text.as_bytes())
 }

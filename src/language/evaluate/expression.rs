@@ -516,6 +516,10 @@ fn decimal_scale(low: f64, step: f64) -> Option<f64> {
         whole.abs() < 1e15 && whole / scale == number
     };
     (0..=12)
-        .map(|digits| [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12][digits])
+        .map(|digits| {
+            [
+                1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12,
+            ][digits]
+        })
         .find(|&scale| fits(low, scale) && fits(step, scale))
 }
