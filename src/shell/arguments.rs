@@ -107,7 +107,7 @@ pub(super) struct Eval {
     #[arg(
         required = true,
         value_name = "[FILE] EXPR",
-        allow_hyphen_values = true
+        allow_negative_numbers = true
     )]
     pub(super) words: Vec<String>,
     #[command(flatten)]
@@ -122,10 +122,10 @@ pub(super) struct Mesh {
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) cell: Option<String>,
     /// Cells along the longest side of the box, where no `--cell` is given
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) resolution: Option<String>,
     /// The level: the set where the field has this value
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
@@ -145,13 +145,13 @@ pub(super) struct Sample {
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// How many particles are released
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
     /// Where randomness starts
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,
     /// The friction of dynamic particles
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
     #[command(flatten)]
     pub(super) common: Common,
@@ -171,7 +171,7 @@ pub(super) struct Subject {
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) bounds: Option<String>,
     /// The greatest |F|/|F_x|, relative to the box's diagonal
-    #[arg(long, value_name = "EXPR")]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
 }
 
