@@ -4,7 +4,7 @@
 //! ([`syntax`]), the tree is traced into one expression graph ([`language`], [`graph`]), the
 //! graph is differentiated and compiled to machine code ([`engine`]), samplers and polygonizers
 //! evaluate that code ([`sample`], [`polygonize`]) and what they make ([`geometry`]) goes to
-//! files ([`file`]). [`shell`] is the command line on top. `ARCHITECTURE.md` says who may use
+//! files ([`mod@file`]). [`shell`] is the command line on top. `ARCHITECTURE.md` says who may use
 //! whom.
 
 pub mod diagnostic;

@@ -61,6 +61,7 @@ codes! {
     E0404 NotAVariable "derivative with respect to something that is not a parameter",
     E0405 NoSurface "no zero in the box",
     E0501 AssertionFailed "assertion failed",
+    E0502 Cancelled "work that was cancelled",
     E0601 RecursionLimit "recursion too deep",
     E0602 NodeLimit "expression graph too large",
     E0603 LengthLimit "list too long",

@@ -7,8 +7,10 @@
 use std::borrow::Cow;
 
 mod code;
+mod excerpt;
 pub mod render;
 mod source;
+pub mod suggest;
 
 pub use code::Code;
 pub use source::{Source, SourceId, Sources, Span};
@@ -67,12 +69,15 @@ impl Diagnostic {
         }
     }
 
-    /// Adds a labelled place; the first one added is the primary one.
+    /// Adds a labelled place, unless it is [`Span::NOWHERE`]; the first one added is the primary
+    /// one.
     pub fn label(mut self, span: Span, message: impl Into<String>) -> Self {
-        self.labels.push(Label {
-            span,
-            message: message.into(),
-        });
+        if span.is_somewhere() {
+            self.labels.push(Label {
+                span,
+                message: message.into(),
+            });
+        }
         self
     }
 

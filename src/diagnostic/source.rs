@@ -18,6 +18,18 @@ pub struct Span {
 }
 
 impl Span {
+    /// No place at all: labels there are not shown.
+    pub const NOWHERE: Span = Span {
+        source: SourceId(u32::MAX),
+        start: 0,
+        end: 0,
+    };
+
+    /// Whether this is a place in a text.
+    pub fn is_somewhere(self) -> bool {
+        self.source != Self::NOWHERE.source
+    }
+
     /// The bytes `start..end` of `source`.
     pub fn new(source: SourceId, start: usize, end: usize) -> Self {
         Span {

@@ -16,6 +16,7 @@ mod simplify;
 mod traverse;
 
 pub use build::Graph;
+pub use interval::Interval;
 pub use node::{Node, NodeId};
 pub use operation::Op;
 pub use traverse::Support;

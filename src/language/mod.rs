@@ -1,1 +1,26 @@
-//! The language: from tree to values, graphs and what a script does.
+//! The language: from the tree to values, graphs and what a script does.
+//!
+//! A [`Session`] runs one file. Its definitions are traced into one graph; its statements run
+//! top to bottom with plain values. [`resolve`] first finds every misspelt or doubly bound name;
+//! [`evaluate`] then walks the tree. Functions of the language that are not written in Rust's
+//! operators live in [`builtin`], which checks arguments and calls the rooms below.
+
+pub mod arithmetic;
+pub mod builtin;
+pub mod evaluate;
+pub mod field;
+pub mod function;
+pub mod json;
+pub mod limits;
+pub mod parameters;
+pub mod product;
+pub mod resolve;
+pub mod scope;
+pub mod session;
+pub mod show;
+pub mod value;
+
+pub use field::FieldValue;
+pub use limits::Limits;
+pub use session::{Host, Mode, Session};
+pub use value::{Outcome, Value};

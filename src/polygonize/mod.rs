@@ -40,14 +40,16 @@ pub struct Options {
 }
 
 impl Options {
-    /// The usual options for a box: 64 cells along its longest side.
+    /// The usual options for a box: 64 cells along its longest side. Roots on a line cost so
+    /// little that they are found to the last digits.
     pub fn new(bounds: Bounds) -> Self {
+        let tolerance = if bounds.dimension == 1 { 1e-15 } else { 1e-9 };
         Options {
             bounds,
             cell: default_cell(&bounds),
             cap: false,
             iso: 0.0,
-            tolerance: 1e-9,
+            tolerance,
             cell_limit: 1 << 30,
         }
     }

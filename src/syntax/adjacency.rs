@@ -37,7 +37,8 @@ pub(super) fn implicit_products(text: &str, tokens: &[Spanned]) -> Vec<Diagnosti
             _ => false,
         };
         if product {
-            diagnostics.push(describe(text, opener, tokens, left_span, right_span, right));
+            let diagnostic = describe(text, opener, tokens, left_span, right_span, right);
+            super::report(&mut diagnostics, diagnostic);
         }
     }
     diagnostics

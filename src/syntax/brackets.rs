@@ -80,6 +80,10 @@ fn too_deep(span: Span) -> Diagnostic {
 }
 
 impl Check<'_> {
+    fn report(&mut self, diagnostic: Diagnostic) {
+        super::report(&mut self.diagnostics, diagnostic);
+    }
+
     fn starts_line(&self, index: usize) -> bool {
         index
             .checked_sub(1)
@@ -144,7 +148,7 @@ impl Check<'_> {
                 self.open.pop();
                 let meant = opener.closer().unwrap_or(closer);
                 self.repairs.push(Repair::Replace(index, meant));
-                self.diagnostics.push(
+                self.report(
                     Diagnostic::error(
                         Code::UnclosedBracket,
                         format!("{opener} is closed with {closer}"),
@@ -155,7 +159,7 @@ impl Check<'_> {
             }
             _ => {
                 self.repairs.push(Repair::Remove(index));
-                self.diagnostics.push(
+                self.report(
                     Diagnostic::error(Code::UnclosedBracket, format!("{closer} closes nothing"))
                         .label(place, "no bracket is open here that it could close"),
                 );
@@ -176,7 +180,7 @@ impl Check<'_> {
             return;
         };
         let closer = opener.closer().unwrap_or(opener);
-        self.diagnostics.push(
+        self.report(
             Diagnostic::error(Code::UnclosedBracket, format!("{opener} is never closed"))
                 .label(start, format!("its {closer} is missing"))
                 .label(place, found),

@@ -210,7 +210,7 @@ impl<'source> State<'source> {
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {
-        self.lexed.diagnostics.push(diagnostic);
+        super::report(&mut self.lexed.diagnostics, diagnostic);
     }
 
     /// Whether the next character belongs to the text of a string.

@@ -20,8 +20,12 @@ use crate::diagnostic::{Code, Diagnostic, SourceId, Span};
 use token::{Spanned, Token};
 use tree::{Expression, StatementKind, Tree};
 
-/// The most diagnostics that [`parse`] gives; the last one then says how many there were.
+/// The most diagnostics that [`parse`] gives; the last one then says that there were more.
 const MAXIMUM_DIAGNOSTICS: usize = 50;
+
+/// The most diagnostics that one pass collects. It is larger, because some of them turn out to be
+/// the consequence of others.
+const MAXIMUM_COLLECTED: usize = 1_000;
 
 /// A tree and what is wrong with its text.
 #[derive(Clone, Debug)]
@@ -126,15 +130,21 @@ fn with_independent(
     reported
 }
 
+/// Adds a diagnostic, unless a pass has found so many already that nobody will read this one.
+fn report(diagnostics: &mut Vec<Diagnostic>, diagnostic: Diagnostic) {
+    if diagnostics.len() < MAXIMUM_COLLECTED {
+        diagnostics.push(diagnostic);
+    }
+}
+
 /// Diagnostics in the order of the text, and not too many of them.
 fn in_order(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     diagnostics.sort_by_key(|diagnostic| diagnostic.span().map(|span| span.start));
     if diagnostics.len() > MAXIMUM_DIAGNOSTICS {
-        let more = diagnostics.len() - (MAXIMUM_DIAGNOSTICS - 1);
         diagnostics.truncate(MAXIMUM_DIAGNOSTICS - 1);
         diagnostics.push(Diagnostic::error(
             Code::UnexpectedToken,
-            format!("{more} more mistakes are not shown"),
+            "there are more mistakes than are shown",
         ));
     }
     diagnostics

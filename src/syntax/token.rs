@@ -206,3 +206,21 @@ impl Token {
         )
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_formal_grammar_knows_every_fixed_token() {
+        let grammar = include_str!("../../grammar/imp.ebnf");
+        for token in Token::ALL.iter().filter(|token| token.is_fixed()) {
+            let written = token.text();
+            let quoted = grammar.contains(&format!("'{written}'"));
+            assert!(
+                quoted || grammar.contains(&format!("`{written}`")),
+                "{token}"
+            );
+        }
+    }
+}

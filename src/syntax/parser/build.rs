@@ -163,6 +163,7 @@ pub(super) fn steps(
 
 pub(super) fn pipe(
     left: DeepExpression,
+    (): (),
     right: DeepExpression,
     place: &mut Place<'_, '_>,
 ) -> DeepExpression {

@@ -73,8 +73,8 @@ expectations! {
 /// A rule that did not fit.
 #[derive(Clone, Debug)]
 pub(super) struct SyntaxError {
-    /// The token that was found.
-    span: Span,
+    /// The token that was found, unless another error at this place says it.
+    span: Option<Span>,
     /// The set of what would have fitted: bit i is the i-th [`Expectation`].
     expected: u64,
     /// What to say instead, where that is known.
@@ -85,16 +85,23 @@ impl SyntaxError {
     /// The token at `span` is not what was expected.
     pub(super) fn expected(expectation: Expectation, span: Span) -> Self {
         SyntaxError {
-            span,
+            span: Some(span),
             expected: 1 << expectation as u64,
             diagnostic: None,
         }
     }
 
+    /// A token that another rule, which is tried at the same place, has something to say about.
+    pub(super) const UNSAID: SyntaxError = SyntaxError {
+        span: None,
+        expected: 0,
+        diagnostic: None,
+    };
+
     /// A mistake with its own words.
     pub(super) fn said(diagnostic: Diagnostic, span: Span) -> Self {
         SyntaxError {
-            span,
+            span: Some(span),
             expected: 0,
             diagnostic: Some(Box::new(diagnostic)),
         }
@@ -112,7 +119,7 @@ impl<'source> LabelError<'source, Input<'source>, DefaultExpected<'source, Token
         span: Span,
     ) -> Self {
         SyntaxError {
-            span,
+            span: Some(span),
             expected: 0,
             diagnostic: None,
         }
@@ -127,7 +134,7 @@ impl<'source> LabelError<'source, Input<'source>, Expectation> for SyntaxError {
     ) -> Self {
         let bits = expected.into_iter().map(|one| 1 << one as u64);
         SyntaxError {
-            span,
+            span: Some(span),
             expected: bits.fold(0, |set, bit: u64| set | bit),
             diagnostic: None,
         }
@@ -140,35 +147,41 @@ impl<'source> LabelError<'source, Input<'source>, Expectation> for SyntaxError {
 
 impl<'source> Error<'source, Input<'source>> for SyntaxError {
     fn merge(mut self, other: Self) -> Self {
+        self.span = self.span.or(other.span);
         self.expected |= other.expected;
         self.diagnostic = self.diagnostic.or(other.diagnostic);
         self
     }
 }
 
-/// Puts an error into words. `tokens` is what was parsed.
-pub(super) fn describe(error: SyntaxError, text: &str, tokens: &[Spanned]) -> Diagnostic {
+/// Puts an error into words. `tokens` is what was parsed and `end` the place of its end.
+pub(super) fn describe(
+    error: SyntaxError,
+    text: &str,
+    tokens: &[Spanned],
+    end: Span,
+) -> Diagnostic {
     if let Some(diagnostic) = error.diagnostic {
         return *diagnostic;
     }
-    let at = tokens.partition_point(|(_, span)| span.start < error.span.start);
+    let place = error.span.unwrap_or(end);
+    let at = tokens.partition_point(|(_, span)| span.start < place.start);
     let found = tokens
         .get(at)
-        .filter(|(_, span)| *span == error.span)
+        .filter(|(_, span)| *span == place)
         .map(|&(token, _)| token);
-    let expected = expected_words(&error);
-    let message = match &expected {
-        Some(expected) => format!(
-            "expected {expected}, found {}",
-            found_words(&error, found, text)
+    let found_words = found_words(found, place, text);
+    let (message, label) = match expected_words(&error) {
+        Some(expected) => (
+            format!("expected {expected}, found {found_words}"),
+            format!("expected {expected}"),
         ),
-        None => format!("unexpected {}", found_words(&error, found, text)),
+        None => (
+            format!("unexpected {found_words}"),
+            "not expected here".to_owned(),
+        ),
     };
-    let label = expected.map_or_else(
-        || "not expected here".to_owned(),
-        |expected| format!("expected {expected}"),
-    );
-    let diagnostic = Diagnostic::error(Code::UnexpectedToken, message).label(error.span, label);
+    let diagnostic = Diagnostic::error(Code::UnexpectedToken, message).label(place, label);
     match hint(&error, found, text, &tokens[..at]) {
         Some(help) => diagnostic.help(help),
         None => diagnostic,
@@ -195,15 +208,15 @@ fn expected_words(error: &SyntaxError) -> Option<String> {
     })
 }
 
-fn found_words(error: &SyntaxError, found: Option<Token>, text: &str) -> String {
+fn found_words(found: Option<Token>, place: Span, text: &str) -> String {
     match found {
         None => "the end of the file".to_owned(),
         Some(Token::Newline) => "the end of the line".to_owned(),
         Some(Token::StringStart) => "a string".to_owned(),
         Some(Token::TextRun | Token::TextEscape | Token::StringEnd) => "text".to_owned(),
         Some(_) => {
-            let (start, end) = (error.span.start as usize, error.span.end as usize);
-            format!("`{}`", shorten(text.get(start..end).unwrap_or_default()))
+            let written = &text[place.start as usize..place.end as usize];
+            format!("`{}`", shorten(written))
         }
     }
 }
@@ -239,7 +252,9 @@ fn hint(
         (Some(Token::Arrow), _) => Some(
             "the parameters of a function stand before `->`: `x -> …` or `(x, y) -> …`".to_owned(),
         ),
-        (_, [.., (keyword, _), (Token::Name, name)]) if error.expects(E::EqualsAfterName) => {
+        (_, [.., (keyword, _), (Token::Name, name)])
+            if error.expects(E::EqualsAfterName) && keyword.is_keyword() =>
+        {
             Some(format!("write `{} {} = …`", keyword.text(), word(*name)))
         }
         _ if error.expects(E::BodyAfterParameters) => {

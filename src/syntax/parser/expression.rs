@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use chumsky::pratt::{infix, left, postfix, prefix, right};
+use chumsky::pratt::{Associativity, Operator, infix, left, postfix, prefix, right};
 use chumsky::prelude::*;
 
 use super::build::{self, Deep, DeepExpression, Postfix, gather, node};
 use super::error::{Expectation, SyntaxError};
-use super::input::{Place, Rule, name, pick, rest_of_brackets, token};
+use super::input::{
+    Extra, Input, Place, Rule, look, name, operator, pick, rest_of_brackets, token,
+};
 use super::operand::operand;
 use super::pattern::parameter;
 use crate::diagnostic::{Code, Diagnostic, Span};
@@ -16,6 +18,9 @@ use crate::syntax::tree::{
     Argument, BinaryOperator, Block, Clause, ComparisonOperator, Expression, ExpressionKind,
     Function, FunctionParameter, Name, UnaryOperator,
 };
+
+/// What `with` binds.
+type Bindings = Vec<(Name, Expression)>;
 
 /// The rule for an expression; `block` is the rule for `{ statements }`.
 pub(super) fn expression<'source>(
@@ -38,152 +43,119 @@ pub(super) fn expression<'source>(
 fn operators<'source>(
     operand: Rule<'source, DeepExpression>,
     postfixes: Rule<'source, (Deep<Postfix>, Span)>,
-    bindings: Rule<'source, (Deep<Vec<(Name, Expression)>>, Span)>,
+    bindings: Rule<'source, (Deep<Bindings>, Span)>,
     function_head: Rule<'source, (Deep<Vec<FunctionParameter>>, Span)>,
 ) -> Rule<'source, DeepExpression> {
     use BinaryOperator as B;
     operand
         .pratt((
             prefix(0, function_head, function),
-            infix(
-                left(1),
-                pipe_operator(),
-                |left, _, right, place: &mut Place<'source, '_>| build::pipe(left, right, place),
-            ),
+            infix(left(1), pipe(), build::pipe),
             postfix(2, bindings, with),
-            infix(
-                left(3),
-                binary_operator(&[(Token::Or, B::Or)]),
-                build::binary,
-            ),
-            infix(
-                left(4),
-                binary_operator(&[(Token::And, B::And)]),
-                build::binary,
-            ),
-            prefix(5, negation(), build::unary),
-            infix(left(6), comparison_operator(), build::comparison),
+            binary(left(3), &[(Token::Or, B::Or)]),
+            binary(left(4), &[(Token::And, B::And)]),
+            prefix(5, unary(negation), build::unary),
+            infix(left(6), operator(comparison), build::comparison),
             infix(left(7), range_operator(), range),
-            infix(
-                left(8),
-                binary_operator(&[(Token::Bar, B::Union)]),
-                build::binary,
-            ),
-            infix(
-                left(9),
-                binary_operator(&[(Token::Ampersand, B::Intersection)]),
-                build::binary,
-            ),
-            infix(
-                left(10),
-                binary_operator(&[(Token::Backslash, B::Difference)]),
-                build::binary,
-            ),
-            infix(
+            binary(left(8), &[(Token::Bar, B::Union)]),
+            binary(left(9), &[(Token::Ampersand, B::Intersection)]),
+            binary(left(10), &[(Token::Backslash, B::Difference)]),
+            binary(
                 left(11),
-                binary_operator(&[(Token::Plus, B::Add), (Token::Minus, B::Subtract)]),
-                build::binary,
+                &[(Token::Plus, B::Add), (Token::Minus, B::Subtract)],
             ),
-            infix(
+            binary(
                 left(12),
-                binary_operator(&[
+                &[
                     (Token::Star, B::Multiply),
                     (Token::Slash, B::Divide),
                     (Token::Percent, B::Modulo),
                     (Token::At, B::MatrixMultiply),
-                ]),
-                build::binary,
+                ],
             ),
-            prefix(13, sign(), build::unary),
-            infix(
-                right(14),
-                binary_operator(&[(Token::Caret, B::Power)]),
-                build::binary,
-            ),
+            prefix(13, unary(sign), build::unary),
+            binary(right(14), &[(Token::Caret, B::Power)]),
             postfix(15, postfixes, build::postfix),
         ))
         .boxed()
 }
 
-fn binary_operator<'source>(
+/// The binary operators of one level.
+fn binary<'source>(
+    level: Associativity,
     table: &'static [(Token, BinaryOperator)],
-) -> Rule<'source, BinaryOperator> {
-    pick(Expectation::Operator, move |token| {
+) -> impl Operator<'source, Input<'source>, DeepExpression, Extra<'source>> {
+    let operator = operator(move |token| {
         table
             .iter()
             .find(|(written, _)| *written == token)
             .map(|&(_, operator)| operator)
-    })
-    .boxed()
+    });
+    infix(level, operator, build::binary)
 }
 
-fn pipe_operator<'source>() -> Rule<'source, ()> {
-    token(Token::Pipe, Expectation::Operator).boxed()
+/// A prefix operator and where it stands.
+fn unary<'source>(
+    pick: fn(Token) -> Option<UnaryOperator>,
+) -> impl Parser<'source, Input<'source>, (UnaryOperator, Span), Extra<'source>> + Clone {
+    operator(pick).map_with(|operator, place: &mut Place<'source, '_>| (operator, place.span()))
 }
 
-fn comparison_operator<'source>() -> Rule<'source, ComparisonOperator> {
-    pick(Expectation::Operator, |token| {
-        Some(match token {
-            Token::Equal => ComparisonOperator::Equal,
-            Token::NotEqual => ComparisonOperator::NotEqual,
-            Token::Less => ComparisonOperator::Less,
-            Token::LessEqual => ComparisonOperator::LessEqual,
-            Token::Greater => ComparisonOperator::Greater,
-            Token::GreaterEqual => ComparisonOperator::GreaterEqual,
-            _ => return None,
-        })
-    })
-    .boxed()
+fn negation(token: Token) -> Option<UnaryOperator> {
+    (token == Token::Not).then_some(UnaryOperator::Not)
 }
 
-fn range_operator<'source>() -> Rule<'source, (Token, Span)> {
-    pick(Expectation::Operator, |token| {
-        matches!(token, Token::DotDot | Token::By).then_some(token)
-    })
-    .map_with(|token, place: &mut Place<'source, '_>| (token, place.span()))
-    .boxed()
-}
-
-fn negation<'source>() -> Rule<'source, (UnaryOperator, Span)> {
-    token(Token::Not, Expectation::Expression)
-        .map_with(|(), place: &mut Place<'source, '_>| (UnaryOperator::Not, place.span()))
-        .boxed()
-}
-
-fn sign<'source>() -> Rule<'source, (UnaryOperator, Span)> {
-    pick(Expectation::Expression, |token| match token {
+fn sign(token: Token) -> Option<UnaryOperator> {
+    match token {
         Token::Minus => Some(UnaryOperator::Negate),
         Token::Bang => Some(UnaryOperator::Complement),
         _ => None,
-    })
-    .map_with(|operator, place: &mut Place<'source, '_>| (operator, place.span()))
-    .boxed()
+    }
 }
 
-/// `lo..hi` and `interval by step`. Neither can be chained, and only an interval has steps.
+fn comparison(token: Token) -> Option<ComparisonOperator> {
+    Some(match token {
+        Token::Equal => ComparisonOperator::Equal,
+        Token::NotEqual => ComparisonOperator::NotEqual,
+        Token::Less => ComparisonOperator::Less,
+        Token::LessEqual => ComparisonOperator::LessEqual,
+        Token::Greater => ComparisonOperator::Greater,
+        Token::GreaterEqual => ComparisonOperator::GreaterEqual,
+        _ => return None,
+    })
+}
+
+fn pipe<'source>() -> impl Parser<'source, Input<'source>, (), Extra<'source>> + Clone {
+    operator(|token| (token == Token::Pipe).then_some(()))
+}
+
+/// `..` or `by`, and where it stands.
+fn range_operator<'source>()
+-> impl Parser<'source, Input<'source>, (Token, Span), Extra<'source>> + Clone {
+    operator(|token| matches!(token, Token::DotDot | Token::By).then_some(token))
+        .map_with(|operator, place: &mut Place<'source, '_>| (operator, place.span()))
+}
+
+/// `lo..hi` or `interval by step`.
 fn range<'source>(
     left: DeepExpression,
     (operator, span): (Token, Span),
     right: DeepExpression,
     place: &mut Place<'source, '_>,
 ) -> DeepExpression {
-    let after_interval = matches!(*left.value.kind, ExpressionKind::Interval { .. });
-    let after_range = after_interval || matches!(*left.value.kind, ExpressionKind::Steps { .. });
-    let mistake = match operator {
-        Token::DotDot if after_range => Some("an interval has two ends, `lo..hi`"),
-        Token::By if !after_interval => Some("`by` stands after an interval, `lo..hi by step`"),
-        _ => None,
-    };
-    if let Some(message) = mistake {
+    if operator == Token::By {
+        return build::steps(left, right, place);
+    }
+    if matches!(
+        *left.value.kind,
+        ExpressionKind::Interval { .. } | ExpressionKind::Steps { .. }
+    ) {
         let diagnostic =
-            Diagnostic::error(Code::UnexpectedToken, message).label(span, "not expected here");
+            Diagnostic::error(Code::UnexpectedToken, "an interval has two ends, `lo..hi`")
+                .label(span, "not expected here");
         place.emit(SyntaxError::said(diagnostic, span));
     }
-    if operator == Token::DotDot {
-        build::interval(left, right, place)
-    } else {
-        build::steps(left, right, place)
-    }
+    build::interval(left, right, place)
 }
 
 /// `(…)`, `[…]` or `.name` behind an operand, and where it ends.
@@ -212,9 +184,16 @@ fn postfixes<'source>(
     let property = token(Token::Dot, Expectation::Operator)
         .ignore_then(name(Expectation::PropertyName))
         .map(|name| Deep::new(Postfix::Property(name), 0));
-    choice((call.boxed(), index.boxed(), property.boxed()))
-        .map_with(|postfix, place: &mut Place<'source, '_>| (postfix, place.span()))
-        .boxed()
+    let any = choice((call.boxed(), index.boxed(), property.boxed())).boxed();
+    look(Expectation::Operator, |token| {
+        matches!(
+            token,
+            Token::OpenParenthesis | Token::OpenBracket | Token::Dot
+        )
+    })
+    .ignore_then(any)
+    .map_with(|postfix, place: &mut Place<'source, '_>| (postfix, place.span()))
+    .boxed()
 }
 
 /// An error in place of what brackets enclose; the opening one was read.
@@ -327,28 +306,29 @@ pub(super) fn clauses<'source>(
 /// `with { name = e, … }` and where it ends.
 fn bindings<'source>(
     expression: Rule<'source, DeepExpression>,
-) -> Rule<'source, (Deep<Vec<(Name, Expression)>>, Span)> {
-    let separator = pick(Expectation::Comma, |token| {
-        matches!(token, Token::Comma | Token::Newline | Token::Semicolon).then_some(())
-    });
-    let separators = separator.clone().repeated();
+) -> Rule<'source, (Deep<Bindings>, Span)> {
+    let separates =
+        |token| matches!(token, Token::Comma | Token::Newline | Token::Semicolon).then_some(());
+    let separators = pick(Expectation::Comma, separates).repeated().at_least(1);
     let binding = name(Expectation::BindingName)
         .then_ignore(token(Token::Assign, Expectation::EqualsAfterName))
         .then(expression)
         .map(|(name, value)| value.map(|value| (name, value)))
         .boxed();
-    let all = binding
-        .separated_by(separator.repeated().at_least(1))
-        .allow_leading()
-        .allow_trailing()
-        .collect::<Vec<_>>()
-        .map(gather)
-        .then_ignore(separators)
+    let all = operator(separates)
+        .repeated()
+        .ignore_then(
+            binding
+                .separated_by(separators)
+                .allow_trailing()
+                .collect::<Vec<_>>()
+                .map(gather),
+        )
         .then_ignore(token(Token::CloseBrace, Expectation::CloseBrace))
         .recover_with(via_parser(
             rest_of_brackets().map(|()| Deep::new(Vec::new(), 0)),
         ));
-    token(Token::With, Expectation::Operator)
+    operator(|token| (token == Token::With).then_some(()))
         .ignore_then(token(Token::OpenBrace, Expectation::OpenBindings))
         .ignore_then(all)
         .map_with(|bindings, place: &mut Place<'source, '_>| (bindings, place.span()))
@@ -357,7 +337,7 @@ fn bindings<'source>(
 
 fn with<'source>(
     subject: DeepExpression,
-    (bindings, end): (Deep<Vec<(Name, Expression)>>, Span),
+    (bindings, end): (Deep<Bindings>, Span),
     place: &mut Place<'source, '_>,
 ) -> DeepExpression {
     let span = subject.value.span.to(end);
@@ -371,14 +351,14 @@ fn with<'source>(
 fn function_head<'source>(
     expression: Rule<'source, DeepExpression>,
 ) -> Rule<'source, (Deep<Vec<FunctionParameter>>, Span)> {
-    let single = token(Token::LambdaName, Expectation::Expression)
+    let single = operator(|token| (token == Token::LambdaName).then_some(()))
         .map_with(|(), place: &mut Place<'source, '_>| {
             let span = place.span();
             let name = place.state().name(span);
             Deep::new(vec![super::pattern::plain_parameter(name)], 0)
         })
         .boxed();
-    let several = token(Token::LambdaParenthesis, Expectation::Expression)
+    let several = operator(|token| (token == Token::LambdaParenthesis).then_some(()))
         .ignore_then(
             parameter(expression)
                 .separated_by(token(Token::Comma, Expectation::Comma))

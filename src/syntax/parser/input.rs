@@ -109,6 +109,37 @@ pub(super) fn pick<'source, T>(
     )
 }
 
+/// Like [`pick`], for the operators between, before and behind operands. Very many of them are tried
+/// and do not fit, so they leave it to [`operand`](super::operand) and to the guard of
+/// [`postfixes`](super::expression) to say so.
+pub(super) fn operator<'source, T>(
+    pick: impl Fn(Token) -> Option<T> + Clone,
+) -> impl Parser<'source, Input<'source>, T, Extra<'source>> + Clone {
+    custom(
+        move |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
+            let value = input.peek().and_then(&pick).ok_or(SyntaxError::UNSAID)?;
+            input.skip();
+            Ok(value)
+        },
+    )
+}
+
+/// Looks whether the next token is one of those, and takes nothing.
+pub(super) fn look<'source>(
+    expectation: Expectation,
+    fits: impl Fn(Token) -> bool + Clone,
+) -> impl Parser<'source, Input<'source>, (), Extra<'source>> + Clone {
+    custom(
+        move |input: &mut InputRef<'source, '_, Input<'source>, Extra<'source>>| {
+            if input.peek().is_some_and(&fits) {
+                Ok(())
+            } else {
+                Err(SyntaxError::expected(expectation, next_span(input)))
+            }
+        },
+    )
+}
+
 /// That token.
 pub(super) fn token<'source>(
     token: Token,

@@ -21,6 +21,7 @@ use chumsky::prelude::*;
 use rustc_hash::FxHashMap;
 
 use self::input::State;
+use super::MAXIMUM_COLLECTED;
 use super::nesting::too_deep;
 use super::token::Spanned;
 use super::tree::Statement;
@@ -46,7 +47,8 @@ pub(super) fn parse(
         .into_output_errors();
     let mut diagnostics: Vec<Diagnostic> = errors
         .into_iter()
-        .map(|error| error::describe(error, text, tokens))
+        .take(MAXIMUM_COLLECTED)
+        .map(|error| error::describe(error, text, tokens, end))
         .collect();
     diagnostics.extend(state.too_deep.map(too_deep));
     (statements.unwrap_or_default(), diagnostics)

@@ -79,12 +79,10 @@ fn intervals_have_two_ends_and_steps_follow_them() {
         ("0..1", "(.. 0 1)"),
         ("-pi..2 * pi", "(.. (- pi) (* 2 pi))"),
         ("0..1 by 0.1", "(by (.. 0 1) 0.1)"),
+        ("(0..1) by 0.1", "(by <(.. 0 1)> 0.1)"),
+        ("range by 1/4", "(by range (/ 1 4))"),
     ]);
     assert_eq!(messages("0..1..2"), ["an interval has two ends, `lo..hi`"]);
-    assert_eq!(
-        messages("x by 2"),
-        ["`by` stands after an interval, `lo..hi by step`"]
-    );
 }
 
 #[test]

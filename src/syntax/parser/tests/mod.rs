@@ -1,6 +1,7 @@
 //! Tests of the grammar: what is parsed, as S-expressions.
 
 mod expressions;
+mod limits;
 mod print;
 mod recovery;
 mod statements;

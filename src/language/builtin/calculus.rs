@@ -1,0 +1,198 @@
+//! Derivatives as functions of the language: exact, and nesting, because their results are
+//! graphs again.
+
+use std::rc::Rc;
+
+use super::{Arguments, Builtin, find, pure};
+use crate::diagnostic::Code;
+use crate::graph::{Graph, Node, NodeId, Op, derive};
+use crate::language::arithmetic::{apply, node_of, value_of_node};
+use crate::language::field::{FieldValue, derivatives, differentiate, lift};
+use crate::language::function::{At, FunctionValue};
+use crate::language::session::Session;
+use crate::language::value::{Outcome, Value, failure};
+
+pub(super) const TABLE: &[Builtin] = &[
+    pure(
+        "grad",
+        &["f"],
+        "The gradient F_x of a field: a function from points to vectors. Of a field with several components, a row for each.",
+        |session, arguments| {
+            operator(session, arguments, "grad", |graph, body, coordinates| {
+                derivatives(graph, body, coordinates)
+            })
+        },
+    ),
+    pure(
+        "jacobian",
+        &["f"],
+        "The matrix of first derivatives of a field: a row for each component.",
+        |session, arguments| {
+            operator(
+                session,
+                arguments,
+                "jacobian",
+                |graph, body, coordinates| {
+                    let rows = derivatives(graph, body, coordinates)?;
+                    Ok(match body {
+                        Value::List(_) => rows,
+                        _ => Value::list(vec![rows]),
+                    })
+                },
+            )
+        },
+    ),
+    pure(
+        "hessian",
+        &["f"],
+        "The matrix of second derivatives of a field.",
+        |session, arguments| operator(session, arguments, "hessian", hessian),
+    ),
+    pure(
+        "laplacian",
+        &["f"],
+        "The sum of the unmixed second derivatives of a field.",
+        |session, arguments| {
+            operator(
+                session,
+                arguments,
+                "laplacian",
+                |graph, body, coordinates| {
+                    let root = node_of(graph, body)?;
+                    let mut total = Value::Number(0.0);
+                    for (axis, row) in derive::hessian(graph, root, coordinates).iter().enumerate()
+                    {
+                        let second = value_of_node(graph, row[axis]);
+                        total = apply(graph, Op::Add, &[total, second])?;
+                    }
+                    Ok(total)
+                },
+            )
+        },
+    ),
+    pure(
+        "diff",
+        &["f", "variable"],
+        "The derivative of a field, or of an expression inside one, by a parameter or coordinate; by a list of them, the list of derivatives: entries of F_q.",
+        diff,
+    ),
+];
+
+/// An operator on a field; on a function, it waits for the point (see
+/// [`FunctionValue::Derivative`]).
+fn operator(
+    session: &mut Session,
+    arguments: &Arguments,
+    name: &'static str,
+    rule: impl Fn(&mut Graph, &Value, &[NodeId]) -> Outcome<Value>,
+) -> Outcome<Value> {
+    match arguments.value("f") {
+        Value::Field(field) => differentiate(&mut session.graph, &field, rule),
+        Value::Function(function) => match find(name) {
+            Some(operator) => Ok(Value::Function(FunctionValue::Derivative {
+                operator,
+                function: Rc::new(function),
+            })),
+            None => Err(arguments.expected("a field", "f", &Value::Function(function))),
+        },
+        other => Err(arguments.expected("a field or a function", "f", &other)),
+    }
+}
+
+fn hessian(graph: &mut Graph, body: &Value, coordinates: &[NodeId]) -> Outcome<Value> {
+    let root = node_of(graph, body)?;
+    let rows = derive::hessian(graph, root, coordinates);
+    Ok(Value::list(
+        rows.into_iter()
+            .map(|row| {
+                Value::list(
+                    row.into_iter()
+                        .map(|node| value_of_node(graph, node))
+                        .collect(),
+                )
+            })
+            .collect(),
+    ))
+}
+
+fn diff(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let variable = arguments.value("variable");
+    let mut variables = Vec::new();
+    collect_variables(&session.graph, &variable, &mut variables)
+        .at(arguments.place("variable"), "not a variable")?;
+    let rule = |graph: &mut Graph, body: &Value| by_variables(graph, body, &variable, &variables);
+    match arguments.value("f") {
+        Value::Field(field) => diff_field(session, &field, rule),
+        scalar @ (Value::Number(_) | Value::Symbol(_) | Value::List(_)) => {
+            rule(&mut session.graph, &scalar)
+        }
+        other => Err(arguments.expected("a field or an expression", "f", &other)),
+    }
+}
+
+/// The derivative is taken of the body with parameters still symbols, so that `with` on the
+/// field changes the point q at which it is taken, not the variables.
+fn diff_field(
+    session: &mut Session,
+    field: &FieldValue,
+    rule: impl Fn(&mut Graph, &Value) -> Outcome<Value>,
+) -> Outcome<Value> {
+    let derivative = lift(
+        &mut session.graph,
+        &[Value::Field(field.unchanged())],
+        &mut |graph, bodies| rule(graph, &bodies[0]),
+    )?;
+    Ok(match derivative {
+        Value::Field(derivative) => Value::Field(derivative.with(field.changes())),
+        other => other,
+    })
+}
+
+/// The derivatives of `body` in the shape of `variable`: `variables` are its leaves.
+fn by_variables(
+    graph: &mut Graph,
+    body: &Value,
+    variable: &Value,
+    variables: &[NodeId],
+) -> Outcome<Value> {
+    if let Value::List(components) = body {
+        return components
+            .iter()
+            .map(|component| by_variables(graph, component, variable, variables))
+            .collect::<Outcome<_>>()
+            .map(Value::list);
+    }
+    let root = node_of(graph, body)?;
+    let partials = derive::reverse(graph, root, variables);
+    let mut partials = partials.into_iter().map(|node| value_of_node(graph, node));
+    Ok(crate::language::field::rebuild(variable, &mut partials))
+}
+
+fn collect_variables(graph: &Graph, variable: &Value, variables: &mut Vec<NodeId>) -> Outcome<()> {
+    match variable {
+        Value::List(elements) => elements
+            .iter()
+            .try_for_each(|element| collect_variables(graph, element, variables)),
+        Value::Symbol(node)
+            if matches!(graph.node(*node), Node::Coordinate(_) | Node::Parameter(_)) =>
+        {
+            variables.push(*node);
+            Ok(())
+        }
+        other => {
+            let mut error = failure(
+                Code::NotAVariable,
+                format!(
+                    "a derivative is taken by a parameter or a coordinate, but this is {}",
+                    match other {
+                        Value::Symbol(_) => "an expression of them",
+                        other => other.kind(),
+                    }
+                ),
+            );
+            error.help =
+                Some("write the parameter itself, as in `diff(f, r)` or `diff(f, c[0].x)`".into());
+            Err(error)
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! The functions that the language brings along.
+//!
+//! Each is one entry of a table: name, parameters, documentation, and a function that checks
+//! its arguments and calls the room that does the work. Nothing is computed here. The elementary
+//! functions come straight from the table of operations.
+
+mod arguments;
+mod calculus;
+mod lists;
+mod mathematics;
+mod script;
+mod surfaces;
+
+use std::sync::LazyLock;
+
+pub use arguments::Arguments;
+pub(crate) use script::file_failure;
+
+use super::session::Session;
+use super::value::{Outcome, Value};
+use crate::graph::Op;
+
+/// One function of the program.
+pub struct Builtin {
+    /// Its name in the language.
+    pub name: &'static str,
+    /// Its parameters in order: `name` is required, `name = default` is not, and `name…`, which
+    /// can only be the last without a default, takes any number.
+    pub parameters: &'static [&'static str],
+    /// What it gives, in a sentence or two.
+    pub documentation: &'static str,
+    /// Whether it does something besides giving a value, or takes long: such a function cannot
+    /// stand in a field, and is not run by `imp check`.
+    pub acts: bool,
+    /// Does it.
+    pub call: Call,
+}
+
+/// How a builtin does its work.
+#[derive(Clone, Copy)]
+pub enum Call {
+    /// By this function.
+    Function(Function),
+    /// By applying an operation of the table, elementwise.
+    Operation(Op),
+}
+
+/// The constants of the language.
+pub const CONSTANTS: &[(&str, f64)] = &[
+    ("pi", std::f64::consts::PI),
+    ("π", std::f64::consts::PI),
+    ("tau", std::f64::consts::TAU),
+    ("τ", std::f64::consts::TAU),
+    ("phi", GOLDEN_RATIO),
+    ("φ", GOLDEN_RATIO),
+    ("e", std::f64::consts::E),
+    ("inf", f64::INFINITY),
+    ("nan", f64::NAN),
+];
+
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
+static ALL: LazyLock<Vec<&'static Builtin>> = LazyLock::new(|| {
+    let tables: [&'static [Builtin]; 5] = [
+        mathematics::TABLE,
+        lists::TABLE,
+        calculus::TABLE,
+        surfaces::TABLE,
+        script::TABLE,
+    ];
+    let mut all: Vec<&'static Builtin> = tables.into_iter().flatten().collect();
+    all.extend(mathematics::operations());
+    all
+});
+
+impl std::fmt::Debug for Builtin {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "{}", arguments::signature(self))
+    }
+}
+
+impl Builtin {
+    /// How the function is called: `name(parameters)`.
+    pub fn signature(&self) -> String {
+        arguments::signature(self)
+    }
+
+    /// Calls it.
+    pub(super) fn apply(&self, session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+        match self.call {
+            Call::Function(function) => function(session, arguments),
+            Call::Operation(op) => mathematics::apply_operation(session, op, arguments),
+        }
+    }
+}
+
+type Function = fn(&mut Session, &Arguments) -> Outcome<Value>;
+
+/// A table's entry that only gives a value.
+const fn pure(
+    name: &'static str,
+    parameters: &'static [&'static str],
+    documentation: &'static str,
+    call: Function,
+) -> Builtin {
+    Builtin {
+        name,
+        parameters,
+        documentation,
+        acts: false,
+        call: Call::Function(call),
+    }
+}
+
+/// A table's entry that acts.
+const fn action(
+    name: &'static str,
+    parameters: &'static [&'static str],
+    documentation: &'static str,
+    call: Function,
+) -> Builtin {
+    Builtin {
+        acts: true,
+        ..pure(name, parameters, documentation, call)
+    }
+}
+
+/// All functions, in the order of their tables.
+pub fn all() -> &'static [&'static Builtin] {
+    &ALL
+}
+
+/// The function of that name.
+pub fn find(name: &str) -> Option<&'static Builtin> {
+    all().iter().copied().find(|builtin| builtin.name == name)
+}

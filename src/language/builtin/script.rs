@@ -1,0 +1,164 @@
+//! What a script does: print, assert, export.
+
+use std::path::{Component, Path, PathBuf};
+
+use super::{Arguments, Builtin, action, pure};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::file::{self, FileError};
+use crate::language::function::{At, FunctionValue};
+use crate::language::json::json;
+use crate::language::session::Session;
+use crate::language::show::show;
+use crate::language::value::{Outcome, Value, failure};
+
+pub(super) const TABLE: &[Builtin] = &[
+    action(
+        "print",
+        &["values…"],
+        "Writes a line to standard output: the values, with spaces between them.",
+        |session, arguments| {
+            let mut words = Vec::new();
+            for argument in arguments.rest() {
+                let plain = session.plain(argument.value.clone(), argument.span)?;
+                words.push(show(&plain, None));
+            }
+            session.host.print(&words.join(" "));
+            Ok(Value::Nothing)
+        },
+    ),
+    action(
+        "assert",
+        &["condition", "message ="],
+        "Ends the program with an error unless the condition holds.",
+        assert,
+    ),
+    action(
+        "export",
+        &["value", "path"],
+        "Writes a mesh, curves or samples to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg.",
+        export,
+    ),
+    action(
+        "help",
+        &["of"],
+        "Prints what a function or field is for.",
+        |session, arguments| {
+            let text = documentation(&arguments.value("of"));
+            session.host.print(&text);
+            Ok(Value::Nothing)
+        },
+    ),
+    pure(
+        "json",
+        &["value"],
+        "The value as JSON text.",
+        |session, arguments| {
+            let plain = session.plain(arguments.value("value"), arguments.place("value"))?;
+            Ok(Value::text(json(&plain).to_string()))
+        },
+    ),
+];
+
+fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let place = arguments.place("condition");
+    match session.plain(arguments.value("condition"), place)? {
+        Value::Bool(true) => Ok(Value::Nothing),
+        Value::Bool(false) => {
+            let message = match arguments.text("message")? {
+                Some(message) => format!("assertion failed: {message}"),
+                None => "assertion failed".into(),
+            };
+            Err(failure(Code::AssertionFailed, message).at(place, "this does not hold"))
+        }
+        other => {
+            let mut error = arguments.expected("a condition", "condition", &other);
+            error.code = Code::NotACondition;
+            Err(error)
+        }
+    }
+}
+
+fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let Some(given) = arguments.text("path")? else {
+        return Ok(Value::Nothing);
+    };
+    let path = allowed_path(&session.output_directories, Path::new(&given))
+        .at(arguments.place("path"), "this path")?;
+    let result = match arguments.value("value") {
+        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
+        Value::Curves(set) => file::write_curves(&path, &set.curves),
+        Value::Samples(set) => file::write_samples(&path, &set.samples),
+        other => {
+            return Err(arguments.expected("a mesh, curves or samples", "value", &other));
+        }
+    };
+    result.map_err(|error| file_failure(&error).at(arguments.place("path"), "this file"))?;
+    session.host.wrote(&path);
+    Ok(Value::Nothing)
+}
+
+/// The diagnostic for a file that was not written.
+pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
+    let code = match error {
+        FileError::CannotWrite { .. } => Code::CannotWrite,
+        FileError::UnknownFormat { .. } => Code::UnknownFormat,
+        FileError::WrongFormat { .. } => Code::WrongFormat,
+    };
+    failure(code, error.to_string())
+}
+
+/// Where a script's file goes, if it may: below one of the directories, whatever `..` and links
+/// the path goes through.
+fn allowed_path(directories: &[PathBuf], given: &Path) -> Outcome<PathBuf> {
+    let refused = || {
+        let mut error = failure(
+            Code::OutsideOutput,
+            format!("`{}` is outside the output directory", given.display()),
+        );
+        error.help = Some("allow it with `--allow-write DIR` or choose it with `--out DIR`".into());
+        error
+    };
+    let Some(first) = directories.first() else {
+        return Err(refused());
+    };
+    let path = first.join(given);
+    let Some(name) = path.file_name() else {
+        return Err(refused());
+    };
+    let parent = path.parent().unwrap_or(Path::new("."));
+    // A parent that does not exist cannot be resolved; without `..` it is still below.
+    let resolved = parent
+        .canonicalize()
+        .unwrap_or_else(|_| parent.to_path_buf());
+    let climbs = resolved
+        .components()
+        .any(|component| component == Component::ParentDir);
+    let inside = directories.iter().any(|directory| {
+        let directory = directory
+            .canonicalize()
+            .unwrap_or_else(|_| directory.clone());
+        resolved.starts_with(directory)
+    });
+    if climbs || !inside {
+        return Err(refused());
+    }
+    Ok(path.with_file_name(name))
+}
+
+fn documentation(value: &Value) -> String {
+    let (head, text) = match value {
+        Value::Function(FunctionValue::Builtin(builtin)) => {
+            (builtin.signature(), Some(builtin.documentation))
+        }
+        Value::Function(FunctionValue::Closure(closure)) => (
+            closure.shown_name().to_string(),
+            closure.documentation.as_deref(),
+        ),
+        Value::Field(field) => (show(value, None), field.documentation()),
+        other => (other.kind().to_string(), None),
+    };
+    match text {
+        Some(text) => format!("{head}\n{text}"),
+        None => head,
+    }
+}

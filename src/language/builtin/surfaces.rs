@@ -1,0 +1,410 @@
+//! Samplers, polygonizers and measures as functions of the language.
+
+use std::rc::Rc;
+
+use super::{Arguments, Builtin, action, pure};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::engine::CompiledField;
+use crate::geometry::Bounds;
+use crate::language::field::{FieldValue, bounds_of};
+use crate::language::function::At;
+use crate::language::product::{self, CurveSet, MeshSet, SampleSet};
+use crate::language::session::Session;
+use crate::language::value::{Outcome, Value, failure};
+use crate::polygonize::{self, PolygonizeError};
+use crate::sample::{self, SampleError};
+
+pub(super) const TABLE: &[Builtin] = &[
+    action(
+        "polygonize",
+        &[
+            "f",
+            "method = \"cubes\"",
+            "cell =",
+            "resolution = 64",
+            "bounds =",
+            "iso = 0",
+            "cap = false",
+            "tolerance = 1e-9",
+        ],
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says; `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it.",
+        polygonize,
+    ),
+    action(
+        "sample",
+        &[
+            "f",
+            "method = \"kinematic\"",
+            "count =",
+            "seed = 0",
+            "bounds =",
+            "tolerance = 1e-9",
+            "friction = 0.05",
+        ],
+        "Points on the zero set, by the particles of Figueiredo and Gomes: \"kinematic\" ones move down |f|, \"dynamic\" ones fall with friction and pass more false minima. `count` particles are released (5000 for a surface, 1000 for a curve). Without bounds the surface is searched for.",
+        sample,
+    ),
+    action(
+        "thin",
+        &["samples", "delta", "keep = \"representative\"", "f ="],
+        "Samples with one point left in each cube of side delta that has any: the \"representative\" nearest to their middle, or their \"barycenter\", put back onto the zero set of f.",
+        thin,
+    ),
+    measure(
+        "area",
+        "The area of a mesh, or that enclosed by closed plane curves.",
+    ),
+    measure("volume", "The volume enclosed by a watertight mesh."),
+    measure("genus", "The number of handles of a manifold mesh."),
+    measure(
+        "components",
+        "The number of connected pieces of a mesh or curve set.",
+    ),
+    measure("centroid", "The centre of the volume enclosed by a mesh."),
+];
+
+/// A measure is a property under its own name.
+const fn measure(name: &'static str, documentation: &'static str) -> Builtin {
+    pure(name, &["of"], documentation, |_, arguments| {
+        let value = arguments.value("of");
+        let name = arguments.function();
+        product::property(&value, name).ok_or_else(|| {
+            failure(
+                Code::UnknownProperty,
+                format!("`{name}` cannot be given for this {}", bare(value.kind())),
+            )
+            .at(arguments.place("of"), value.kind())
+        })
+    })
+}
+
+fn bare(kind: &str) -> &str {
+    kind.trim_start_matches("a ").trim_start_matches("an ")
+}
+
+/// The field that an argument stands for: a field, or a function of a point or of coordinates.
+fn field_argument(
+    session: &mut Session,
+    arguments: &Arguments,
+    dimension_hint: Option<usize>,
+) -> Outcome<FieldValue> {
+    match arguments.value("f") {
+        Value::Field(field) => Ok(field),
+        Value::Function(function) => {
+            let parameters = function.parameter_count();
+            let (dimension, as_point) = match (parameters, dimension_hint) {
+                (2 | 3, _) => (parameters, false),
+                (_, hint) => (hint.unwrap_or(3), true),
+            };
+            session.function_as_field(&function, dimension, as_point, arguments.place("f"))
+        }
+        other => Err(arguments.expected("a field", "f", &other)),
+    }
+}
+
+/// The field, compiled, and the box that was asked for.
+fn compiled_argument(
+    session: &mut Session,
+    arguments: &Arguments,
+) -> Outcome<(CompiledField, Option<Bounds>)> {
+    let given = arguments.plain(session, "bounds")?;
+    let sides = match &given {
+        Some(Value::List(sides)) => Some(sides.len()),
+        _ => None,
+    };
+    let field = field_argument(session, arguments, sides)?;
+    let bounds = match given {
+        Some(value) => {
+            Some(bounds_of(&value, field.dimension()).at(arguments.place("bounds"), "the bounds")?)
+        }
+        None => field.domain(),
+    };
+    let q = session.parameters.values().to_vec();
+    let compiled = field
+        .compiled(&mut session.graph, &q)
+        .at(arguments.place("f"), "this field")?;
+    Ok((compiled, bounds))
+}
+
+fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    match arguments.text("method")?.as_deref() {
+        None | Some("cubes") => {}
+        Some(other) => {
+            let message = format!("there is no polygonizer `{other}`; there is \"cubes\"");
+            return Err(arguments.bad("method", message));
+        }
+    }
+    let (field, bounds) = compiled_argument(session, arguments)?;
+    let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
+    let mut options = polygonize::Options::new(bounds);
+    if let Some(resolution) = arguments.positive(session, "resolution")? {
+        options.cell = bounds.size().max_element() / resolution;
+    }
+    if let Some(cell) = arguments.positive(session, "cell")? {
+        options.cell = cell;
+    }
+    if let Some(iso) = arguments.number(session, "iso")? {
+        options.iso = iso;
+    }
+    if let Some(cap) = arguments.bool(session, "cap")? {
+        options.cap = cap;
+    }
+    if let Some(tolerance) = arguments.positive(session, "tolerance")? {
+        options.tolerance = tolerance;
+    }
+    options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
+    let monitor = session.host.monitor();
+    let (value, statistics) = match bounds.dimension {
+        1 => polygonize::roots(&field, &options, monitor)
+            .map(|found| (Value::numbers(found.roots), found.statistics)),
+        2 => polygonize::contours(&field, &options, monitor).map(|found| {
+            let set = CurveSet {
+                curves: found.curves,
+                method: "squares",
+                statistics: found.statistics,
+            };
+            (Value::Curves(Rc::new(set)), found.statistics)
+        }),
+        _ => polygonize::surface(&field, &options, monitor).map(|found| {
+            let set = MeshSet::new(found.mesh, "cubes", found.statistics);
+            (Value::Mesh(Rc::new(set)), found.statistics)
+        }),
+    }
+    .map_err(|error| polygonize_failure(error, arguments))?;
+    warn_about_mesh(session, arguments, &statistics, &options);
+    Ok(value)
+}
+
+fn no_bounds(arguments: &Arguments) -> Box<Diagnostic> {
+    let mut error = failure(
+        Code::NoBounds,
+        "the field has no domain, so it is not known where to look for its zeros",
+    )
+    .at(arguments.place("f"), "a field without `over`");
+    error.help = Some(
+        "write `field name(…) over -2..2 = …`, or give `bounds = -2..2` (or one interval for each \
+         axis, `bounds = [-2..2, -2..2, 0..1]`)"
+            .into(),
+    );
+    error
+}
+
+fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diagnostic> {
+    let message = error.to_string();
+    match error {
+        PolygonizeError::NoSurface {
+            below,
+            above,
+            undefined,
+            ..
+        } => {
+            let mut failure = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero");
+            failure.help = Some(
+                match (below, above, undefined) {
+                    (0, 0, _) => "the field is not a number anywhere in the box",
+                    (0, _, _) => {
+                        "the field is positive (outside) everywhere: enlarge the box, or use \
+                         smaller cells for what is thin"
+                    }
+                    (_, 0, _) => {
+                        "the field is negative (inside) everywhere: enlarge the box, or check \
+                         the sign of the field"
+                    }
+                    _ => "the changes of sign are jumps or poles, not zeros",
+                }
+                .into(),
+            );
+            failure
+        }
+        PolygonizeError::TooManyCells { .. } => {
+            let mut failure = failure(Code::CellLimit, message).at(arguments.span, "here");
+            failure.help = Some(
+                "use larger cells or a smaller box, or raise it with `--limit cells=N`".into(),
+            );
+            failure
+        }
+        PolygonizeError::TooManyVertices { .. } => {
+            failure(Code::CellLimit, message).at(arguments.span, "here")
+        }
+        PolygonizeError::BadOption { option, .. } => arguments.bad(option, message),
+        PolygonizeError::WrongDimension { .. } => {
+            failure(Code::WrongDimension, message).at(arguments.span, "here")
+        }
+        PolygonizeError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
+    }
+}
+
+fn warn_about_mesh(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &polygonize::Statistics,
+    options: &polygonize::Options,
+) {
+    let mut warn = |code, message: String, help: &str| {
+        let warning = Diagnostic::warning(code, message)
+            .label(arguments.span, "made here")
+            .help(help);
+        session.host.warn(warning);
+    };
+    if statistics.nan_points > 0 {
+        warn(
+            Code::NanRegion,
+            format!(
+                "the field is not a number at {} points of the grid, which count as outside",
+                statistics.nan_points
+            ),
+            "look for square roots and logarithms of negative numbers, and for 0/0",
+        );
+    }
+    if statistics.cut_by_box && options.bounds.dimension > 1 {
+        let (done, help) = if options.cap {
+            ("closed", "enlarge the box if the whole of it is wanted")
+        } else {
+            (
+                "left open",
+                "write `cap = true` to close it, or enlarge the box",
+            )
+        };
+        warn(
+            Code::CutByBox,
+            format!("the box cuts the level set, which is {done} there"),
+            help,
+        );
+    }
+    if statistics.poor_roots > 0 {
+        warn(
+            Code::PoorRoots,
+            format!(
+                "{} changes of sign are jumps or poles rather than zeros of the field",
+                statistics.poor_roots
+            ),
+            "a pole such as 1/x changes its sign without a zero",
+        );
+    }
+}
+
+fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let (method, name) = match arguments.text("method")?.as_deref() {
+        None | Some("kinematic") => (sample::Method::Kinematic, "kinematic"),
+        Some("dynamic") => (sample::Method::Dynamic, "dynamic"),
+        Some(other) => {
+            let message =
+                format!("there is no sampler `{other}`; there are \"kinematic\" and \"dynamic\"");
+            return Err(arguments.bad("method", message));
+        }
+    };
+    let (field, bounds) = compiled_argument(session, arguments)?;
+    let mut options = sample::Options {
+        method,
+        bounds,
+        count: arguments.count(session, "count")?,
+        ..sample::Options::default()
+    };
+    if let Some(seed) = arguments.count(session, "seed")? {
+        options.seed = seed;
+    }
+    if let Some(tolerance) = arguments.positive(session, "tolerance")? {
+        options.tolerance = tolerance;
+    }
+    if let Some(friction) = arguments.positive(session, "friction")? {
+        options.friction = friction;
+    }
+    let outcome = sample::sample(&field, &options, session.host.monitor())
+        .map_err(|error| sample_failure(&error, arguments))?;
+    let statistics = outcome.statistics;
+    if outcome.samples.positions.is_empty() {
+        let mut error = failure(
+            Code::NoSurface,
+            format!(
+                "none of the {} particles found a zero of the field",
+                statistics.started
+            ),
+        )
+        .at(arguments.place("f"), "no zero found");
+        error.help = Some("give `bounds` that hold the surface, or check the field".into());
+        return Err(error);
+    }
+    warn_about_samples(session, arguments, &statistics);
+    let set = SampleSet::new(outcome.samples, name, Some(statistics));
+    Ok(Value::Samples(Rc::new(set)))
+}
+
+fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
+    let message = error.to_string();
+    match error {
+        SampleError::Option { option, .. } => {
+            failure(Code::BadValue, message).at(arguments.place(option), "this value")
+        }
+        SampleError::Dimension { .. } => {
+            failure(Code::WrongDimension, message).at(arguments.span, "here")
+        }
+        SampleError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
+    }
+}
+
+fn warn_about_samples(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+) {
+    if statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0 {
+        let warning = Diagnostic::warning(
+            Code::DroppedPoints,
+            format!(
+                "{} of {} particles were dropped: {} did not converge, {} were caught where the \
+                 field has a minimum that is not 0",
+                statistics.dropped.total(),
+                statistics.started,
+                statistics.dropped.unconverged,
+                statistics.dropped.spurious
+            ),
+        )
+        .label(arguments.span, "sampled here");
+        session.host.warn(warning);
+    }
+    if statistics.nan_points > 0 {
+        let warning = Diagnostic::warning(
+            Code::NanRegion,
+            format!(
+                "the field or its gradient was not a number at {} of {} points that particles \
+                 visited",
+                statistics.nan_points, statistics.evaluations
+            ),
+        )
+        .label(arguments.span, "sampled here");
+        session.host.warn(warning);
+    }
+}
+
+fn thin(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let Value::Samples(set) = arguments.value("samples") else {
+        return Err(arguments.expected("samples", "samples", &arguments.value("samples")));
+    };
+    let delta = arguments.positive(session, "delta")?.unwrap_or(f64::NAN);
+    let thinned = match arguments.text("keep")?.as_deref() {
+        None | Some("representative") => {
+            sample::thin(&set.samples, delta, sample::Keep::Representative)
+        }
+        Some("barycenter" | "barycentre") => {
+            if arguments.given("f").is_none() {
+                let message = "`keep = \"barycenter\"` needs the field, `f = …`, to put the \
+                               points back onto its zero set";
+                return Err(failure(Code::MissingArgument, message).at(arguments.span, "here"));
+            }
+            let field = field_argument(session, arguments, Some(set.samples.dimension))?;
+            let q = session.parameters.values().to_vec();
+            let compiled = field
+                .compiled(&mut session.graph, &q)
+                .at(arguments.place("f"), "this field")?;
+            sample::thin(&set.samples, delta, sample::Keep::Barycenter(&compiled))
+        }
+        Some(other) => {
+            let message =
+                format!("`keep` must be \"representative\" or \"barycenter\", not \"{other}\"");
+            return Err(arguments.bad("keep", message));
+        }
+    }
+    .map_err(|error| sample_failure(&error, arguments))?;
+    let set = SampleSet::new(thinned, set.method, None);
+    Ok(Value::Samples(Rc::new(set)))
+}

@@ -1,0 +1,481 @@
+//! Fields as values: traced bodies over coordinates and parameters.
+//!
+//! A field's body is a value over the coordinates x, y, z and the parameters: a scalar for an
+//! implicit object, a list for a gradient or a curve in space. Arithmetic on fields works on the
+//! bodies; calls substitute the arguments, or evaluate the compiled body where they are plain.
+
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::arithmetic::{interval_of, node_of, number_of, value_of_node};
+use super::value::{Outcome, Value, failure, wrong_kind};
+use crate::diagnostic::Code;
+use crate::engine::{CompiledField, Program};
+use crate::geometry::Bounds;
+use crate::graph::{Graph, Interval, Node, NodeId, derive};
+
+/// A field, with changes that `with` made to its parameters.
+#[derive(Clone)]
+pub struct FieldValue {
+    definition: Rc<FieldDefinition>,
+    /// Components of q that differ from the session's, by their place in q.
+    changes: Rc<BTreeMap<usize, f64>>,
+}
+
+struct FieldDefinition {
+    name: Option<Arc<str>>,
+    dimension: usize,
+    body: Value,
+    domain: Option<Bounds>,
+    documentation: Option<Arc<str>>,
+    program: OnceCell<Arc<Program>>,
+}
+
+impl fmt::Debug for FieldValue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let name = self.name().unwrap_or("a field");
+        write!(formatter, "{name} in R{}", self.dimension())
+    }
+}
+
+impl FieldValue {
+    /// A field from its traced body. `domain` is what `over` says.
+    ///
+    /// Fails where the body is not made of numbers.
+    pub fn new(dimension: usize, body: Value, domain: Option<Bounds>) -> Outcome<FieldValue> {
+        if !is_numeric(&body) {
+            let message = format!(
+                "the value of a field is a number, but this is {}",
+                body.kind()
+            );
+            return Err(failure(Code::NotAField, message));
+        }
+        Ok(FieldValue {
+            definition: Rc::new(FieldDefinition {
+                name: None,
+                dimension,
+                body,
+                domain,
+                documentation: None,
+                program: OnceCell::new(),
+            }),
+            changes: Rc::default(),
+        })
+    }
+
+    /// The same field under a name.
+    pub fn named(self, name: &Arc<str>, documentation: Option<Arc<str>>) -> FieldValue {
+        FieldValue {
+            definition: Rc::new(FieldDefinition {
+                name: Some(Arc::clone(name)),
+                dimension: self.definition.dimension,
+                body: self.definition.body.clone(),
+                domain: self.definition.domain,
+                documentation,
+                program: OnceCell::new(),
+            }),
+            changes: self.changes,
+        }
+    }
+
+    /// The number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.definition.dimension
+    }
+
+    /// The name under which it was defined.
+    pub fn name(&self) -> Option<&str> {
+        self.definition.name.as_deref()
+    }
+
+    /// The doc comment of its definition.
+    pub fn documentation(&self) -> Option<&str> {
+        self.definition.documentation.as_deref()
+    }
+
+    /// The box that `over` gives.
+    pub fn domain(&self) -> Option<Bounds> {
+        self.definition.domain
+    }
+
+    /// The body, over coordinates and parameters.
+    pub fn body(&self) -> &Value {
+        &self.definition.body
+    }
+
+    /// The same field with other values for some components of q.
+    pub fn with(&self, changes: impl IntoIterator<Item = (usize, f64)>) -> FieldValue {
+        let mut all = (*self.changes).clone();
+        all.extend(changes);
+        FieldValue {
+            definition: Rc::clone(&self.definition),
+            changes: Rc::new(all),
+        }
+    }
+
+    /// The field with the parameters of the session.
+    pub fn unchanged(&self) -> FieldValue {
+        FieldValue {
+            definition: Rc::clone(&self.definition),
+            changes: Rc::default(),
+        }
+    }
+
+    /// What `with` has changed: places in q and their values.
+    pub fn changes(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.changes.iter().map(|(&index, &value)| (index, value))
+    }
+
+    /// The field's body as a graph that the engine can evaluate; built once.
+    pub fn program(&self, graph: &mut Graph) -> Outcome<Arc<Program>> {
+        if let Some(program) = self.definition.program.get() {
+            return Ok(Arc::clone(program));
+        }
+        let mut roots = Vec::new();
+        flatten(graph, &self.definition.body, &mut roots)?;
+        let program = Arc::new(Program::new(graph, &roots, self.dimension()));
+        Ok(Arc::clone(self.definition.program.get_or_init(|| program)))
+    }
+
+    /// The scalar field with its present q, for samplers and polygonizers.
+    ///
+    /// Fails where the body is not a scalar.
+    pub fn compiled(&self, graph: &mut Graph, q: &[f64]) -> Outcome<CompiledField> {
+        self.scalar(graph)?;
+        let program = self.program(graph)?;
+        let q = self.present(&program, q);
+        Ok(CompiledField::new(program, q))
+    }
+
+    /// The body as one node.
+    ///
+    /// Fails where the body is a list.
+    pub fn scalar(&self, graph: &mut Graph) -> Outcome<NodeId> {
+        match &self.definition.body {
+            Value::List(components) => Err(failure(
+                Code::NotAField,
+                format!(
+                    "expected a field whose value is one number, but this one has {} components",
+                    components.len()
+                ),
+            )),
+            scalar => {
+                let node = node_of(graph, scalar)?;
+                Ok(self.substitute_changes(graph, node))
+            }
+        }
+    }
+
+    /// The field at a point, given as one list or as coordinates.
+    ///
+    /// `plain` evaluates the compiled body where all arguments are numbers; otherwise, and where
+    /// symbols are involved, the arguments are substituted, so that derivatives see through.
+    pub fn call(
+        &self,
+        graph: &mut Graph,
+        arguments: &[Value],
+        q: &[f64],
+        plain: bool,
+    ) -> Outcome<Value> {
+        let coordinates = self.coordinates(arguments)?;
+        if coordinates.iter().any(Value::is_unknown) {
+            return Ok(Value::Unknown);
+        }
+        if coordinates
+            .iter()
+            .any(|value| matches!(value, Value::Field(_)))
+        {
+            return lift(graph, &coordinates, &mut |graph, bodies| {
+                self.call(graph, bodies, q, false)
+            });
+        }
+        if coordinates
+            .iter()
+            .any(|value| matches!(value, Value::Interval(_)))
+        {
+            return self.enclose(graph, &coordinates, q);
+        }
+        if plain
+            && coordinates
+                .iter()
+                .all(|value| matches!(value, Value::Number(_)))
+        {
+            return self.evaluate(graph, &coordinates, q);
+        }
+        let replacements = coordinates
+            .iter()
+            .map(|value| node_of(graph, value))
+            .collect::<Outcome<Vec<_>>>()?;
+        self.map_body(graph, |graph, leaf| match leaf {
+            Node::Coordinate(axis) => replacements.get(axis as usize).copied(),
+            Node::Parameter(index) => self
+                .changes
+                .get(&(index as usize))
+                .map(|value| graph.constant(*value)),
+            _ => None,
+        })
+    }
+
+    /// The body with changed parameters written in as constants, for arithmetic on fields.
+    fn settled_body(&self, graph: &mut Graph) -> Outcome<Value> {
+        if self.changes.is_empty() {
+            return Ok(self.definition.body.clone());
+        }
+        self.map_body(graph, |graph, leaf| match leaf {
+            Node::Parameter(index) => self
+                .changes
+                .get(&(index as usize))
+                .map(|value| graph.constant(*value)),
+            _ => None,
+        })
+    }
+
+    fn substitute_changes(&self, graph: &mut Graph, node: NodeId) -> NodeId {
+        if self.changes.is_empty() {
+            return node;
+        }
+        let constants: BTreeMap<usize, NodeId> = self
+            .changes
+            .iter()
+            .map(|(&index, &value)| (index, graph.constant(value)))
+            .collect();
+        let substituted = graph.substitute(&[node], |leaf| match leaf {
+            Node::Parameter(index) => constants.get(&(index as usize)).copied(),
+            _ => None,
+        });
+        substituted[0]
+    }
+
+    fn coordinates(&self, arguments: &[Value]) -> Outcome<Vec<Value>> {
+        let coordinates = match arguments {
+            [Value::List(point)] => point.to_vec(),
+            [Value::Unknown] => vec![Value::Unknown; self.dimension()],
+            scalars => scalars.to_vec(),
+        };
+        if coordinates.len() == self.dimension() {
+            return Ok(coordinates);
+        }
+        let message = format!(
+            "the field{} is defined in R{}, but the point has {} coordinate{}",
+            self.name()
+                .map(|name| format!(" `{name}`"))
+                .unwrap_or_default(),
+            self.dimension(),
+            coordinates.len(),
+            if coordinates.len() == 1 { "" } else { "s" },
+        );
+        Err(failure(Code::WrongDimension, message))
+    }
+
+    /// The program's q: the session's values, with the changes that `with` made.
+    fn present(&self, program: &Program, q: &[f64]) -> Vec<f64> {
+        program
+            .parameters()
+            .iter()
+            .map(|&index| {
+                let index = index as usize;
+                self.changes.get(&index).copied().unwrap_or(q[index])
+            })
+            .collect()
+    }
+
+    fn evaluate(&self, graph: &mut Graph, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
+        let point: Vec<f64> = coordinates.iter().map(number_of).collect::<Outcome<_>>()?;
+        let program = self.program(graph)?;
+        let mut outputs = vec![0.0; program.outputs()];
+        program.evaluate(&point, &self.present(&program, q), &mut outputs);
+        let mut outputs = outputs.into_iter().map(Value::Number);
+        Ok(rebuild(&self.definition.body, &mut outputs))
+    }
+
+    fn enclose(&self, graph: &mut Graph, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
+        let sides: Vec<Interval> = coordinates
+            .iter()
+            .map(interval_of)
+            .collect::<Outcome<_>>()?;
+        let program = self.program(graph)?;
+        let mut outputs = vec![Interval::EMPTY; program.outputs()];
+        program.enclose(&sides, &self.present(&program, q), &mut outputs);
+        let mut outputs = outputs.into_iter().map(Value::Interval);
+        Ok(rebuild(&self.definition.body, &mut outputs))
+    }
+
+    fn map_body(
+        &self,
+        graph: &mut Graph,
+        replacement: impl Fn(&mut Graph, Node) -> Option<NodeId>,
+    ) -> Outcome<Value> {
+        let mut roots = Vec::new();
+        flatten(graph, &self.definition.body, &mut roots)?;
+        // The replacements are made first: substitution itself borrows the graph.
+        let support = graph.support(&roots);
+        let mut replaced = BTreeMap::new();
+        for axis in 0..3u8 {
+            if let Some(node) = replacement(graph, Node::Coordinate(axis)) {
+                replaced.insert((0, u32::from(axis)), node);
+            }
+        }
+        for &index in &support.parameters {
+            if let Some(node) = replacement(graph, Node::Parameter(index)) {
+                replaced.insert((1, index), node);
+            }
+        }
+        let roots = graph.substitute(&roots, |leaf| match leaf {
+            Node::Coordinate(axis) => replaced.get(&(0, u32::from(axis))).copied(),
+            Node::Parameter(index) => replaced.get(&(1, index)).copied(),
+            _ => None,
+        });
+        let mut values = roots.into_iter().map(|node| value_of_node(graph, node));
+        Ok(rebuild(&self.definition.body, &mut values))
+    }
+}
+
+/// Applies `operation` to the bodies of the fields among the operands (other operands stay as
+/// they are) and makes a field of the result: arithmetic on fields is pointwise.
+///
+/// The result's domain is the smallest box that holds those of the operands.
+pub fn lift(
+    graph: &mut Graph,
+    operands: &[Value],
+    operation: &mut dyn FnMut(&mut Graph, &[Value]) -> Outcome<Value>,
+) -> Outcome<Value> {
+    let mut dimension = None;
+    let mut domain: Option<Bounds> = None;
+    let mut bodies = Vec::with_capacity(operands.len());
+    for operand in operands {
+        let Value::Field(field) = operand else {
+            bodies.push(operand.clone());
+            continue;
+        };
+        match dimension {
+            Some(other) if other != field.dimension() => {
+                let message = format!(
+                    "a field in R{other} and a field in R{} in one expression",
+                    field.dimension()
+                );
+                return Err(failure(Code::WrongDimension, message));
+            }
+            _ => dimension = Some(field.dimension()),
+        }
+        domain = match (domain, field.domain()) {
+            (Some(one), Some(other)) => Some(one.union(&other)),
+            (one, other) => one.or(other),
+        };
+        bodies.push(field.settled_body(graph)?);
+    }
+    let Some(dimension) = dimension else {
+        return operation(graph, operands);
+    };
+    let body = operation(graph, &bodies)?;
+    if body.is_unknown() {
+        return Ok(Value::Unknown);
+    }
+    Ok(Value::Field(FieldValue::new(dimension, body, domain)?))
+}
+
+/// The derivative of a field's body with respect to nodes, one level of lists deeper than the
+/// body: for a scalar body the gradient, for a list the Jacobian (a row for each component).
+///
+/// One reverse sweep for each component.
+pub fn derivatives(graph: &mut Graph, body: &Value, variables: &[NodeId]) -> Outcome<Value> {
+    match body {
+        Value::List(components) => components
+            .iter()
+            .map(|component| derivatives(graph, component, variables))
+            .collect::<Outcome<_>>()
+            .map(Value::list),
+        scalar => {
+            let root = node_of(graph, scalar)?;
+            let partials = derive::reverse(graph, root, variables);
+            Ok(Value::list(
+                partials
+                    .into_iter()
+                    .map(|node| value_of_node(graph, node))
+                    .collect(),
+            ))
+        }
+    }
+}
+
+/// The value of a calculus operator that maps a field's body, with the coordinates as
+/// variables, to another body: a field again.
+pub fn differentiate(
+    graph: &mut Graph,
+    field: &FieldValue,
+    operator: impl Fn(&mut Graph, &Value, &[NodeId]) -> Outcome<Value>,
+) -> Outcome<Value> {
+    let variables: Vec<NodeId> = (0..field.dimension())
+        .map(|axis| graph.coordinate(axis))
+        .collect();
+    lift(
+        graph,
+        &[Value::Field(field.clone())],
+        &mut |graph, bodies| operator(graph, &bodies[0], &variables),
+    )
+}
+
+/// The scalars of a value made of numbers, symbols and lists, as nodes, in order.
+pub fn flatten(graph: &mut Graph, value: &Value, nodes: &mut Vec<NodeId>) -> Outcome<()> {
+    match value {
+        Value::List(elements) => elements
+            .iter()
+            .try_for_each(|element| flatten(graph, element, nodes)),
+        scalar => {
+            nodes.push(node_of(graph, scalar)?);
+            Ok(())
+        }
+    }
+}
+
+/// A value of the given shape, with `scalars` in order for its numbers.
+pub fn rebuild(shape: &Value, scalars: &mut dyn Iterator<Item = Value>) -> Value {
+    match shape {
+        Value::List(elements) => Value::list(
+            elements
+                .iter()
+                .map(|element| rebuild(element, scalars))
+                .collect(),
+        ),
+        _ => scalars.next().unwrap_or(Value::Unknown),
+    }
+}
+
+fn is_numeric(value: &Value) -> bool {
+    match value {
+        Value::Number(_) | Value::Symbol(_) => true,
+        Value::List(elements) => !elements.is_empty() && elements.iter().all(is_numeric),
+        _ => false,
+    }
+}
+
+/// A box from one interval for all axes or a list of one per axis.
+pub fn bounds_of(value: &Value, dimension: usize) -> Outcome<Bounds> {
+    let sides: Vec<(f64, f64)> = match value {
+        Value::Interval(side) => vec![(side.low, side.high); dimension],
+        Value::List(sides) => sides
+            .iter()
+            .map(|side| match side {
+                Value::Interval(side) => Ok((side.low, side.high)),
+                other => Err(wrong_kind("an interval for each axis", other)),
+            })
+            .collect::<Outcome<_>>()?,
+        other => return Err(wrong_kind("an interval, or one for each axis", other)),
+    };
+    if sides.len() != dimension {
+        let message = format!(
+            "the field is defined in R{dimension}, but the box has {} side{}",
+            sides.len(),
+            if sides.len() == 1 { "" } else { "s" }
+        );
+        return Err(failure(Code::WrongDimension, message));
+    }
+    Bounds::from_sides(&sides).ok_or_else(|| {
+        failure(
+            Code::BadValue,
+            "each side of a box must be finite and longer than 0",
+        )
+    })
+}

@@ -1,0 +1,181 @@
+//! Functions as values, and how arguments find their parameters.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use super::builtin::Builtin;
+use super::scope::Scope;
+use super::value::{Outcome, Value, failure, wrong_kind};
+use crate::diagnostic::suggest;
+use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::syntax::tree::{Function, Pattern};
+
+/// Something that can be called.
+#[derive(Clone, Debug)]
+pub enum FunctionValue {
+    /// A `fn` or `x -> …` with the scope in which it was made.
+    Closure(Rc<Closure>),
+    /// A function of the program itself.
+    Builtin(&'static Builtin),
+    /// A derivative operator applied to a function, waiting for the point that tells in how
+    /// many dimensions the function lives.
+    Derivative {
+        /// `grad` and its like.
+        operator: &'static Builtin,
+        /// What is differentiated.
+        function: Rc<FunctionValue>,
+    },
+}
+
+/// A function of a file.
+#[derive(Debug)]
+pub struct Closure {
+    /// Its name, if it has one.
+    pub name: Option<Arc<str>>,
+    /// Parameters and body.
+    pub function: Arc<Function>,
+    /// Where free names of the body are looked up.
+    pub scope: Rc<Scope>,
+    /// The doc comment.
+    pub documentation: Option<Arc<str>>,
+}
+
+impl Closure {
+    /// The name for messages.
+    pub fn shown_name(&self) -> &str {
+        self.name.as_deref().unwrap_or("this function")
+    }
+}
+
+impl FunctionValue {
+    /// The name for messages.
+    pub fn name(&self) -> &str {
+        match self {
+            FunctionValue::Closure(closure) => closure.shown_name(),
+            FunctionValue::Builtin(builtin) => builtin.name,
+            FunctionValue::Derivative { operator, .. } => operator.name,
+        }
+    }
+}
+
+impl FunctionValue {
+    /// How many arguments it can take without names.
+    pub fn parameter_count(&self) -> usize {
+        match self {
+            FunctionValue::Closure(closure) => closure.function.parameters.len(),
+            FunctionValue::Builtin(builtin) => builtin.parameters.len(),
+            FunctionValue::Derivative { function, .. } => function.parameter_count(),
+        }
+    }
+}
+
+/// An evaluated argument.
+#[derive(Clone, Debug)]
+pub struct Argument {
+    /// The name it was given, if any.
+    pub name: Option<Arc<str>>,
+    /// Its value.
+    pub value: Value,
+    /// Where it is written.
+    pub span: Span,
+}
+
+/// Puts arguments in the order of the parameters called `names`: those without a name first
+/// fill the places from the left, then named ones their own. `None` where no argument was given.
+pub fn match_arguments(
+    function: &str,
+    names: &[Option<&str>],
+    arguments: Vec<Argument>,
+) -> Outcome<Vec<Option<Argument>>> {
+    let mut places: Vec<Option<Argument>> = vec![None; names.len()];
+    let mut next = 0;
+    for argument in arguments {
+        let place = match &argument.name {
+            None if next < names.len() => {
+                next += 1;
+                next - 1
+            }
+            None => {
+                let message = format!(
+                    "`{function}` takes {} argument{}, but here is one more",
+                    names.len(),
+                    if names.len() == 1 { "" } else { "s" }
+                );
+                return Err(
+                    failure(Code::TooManyArguments, message).at(argument.span, "one too many")
+                );
+            }
+            Some(name) => match names.iter().position(|known| *known == Some(&**name)) {
+                Some(place) => place,
+                None => return Err(unknown_argument(function, names, name, argument.span)),
+            },
+        };
+        if places[place].is_some() {
+            let name = names[place].unwrap_or("it");
+            let message = format!("`{function}` is given the argument `{name}` twice");
+            return Err(
+                failure(Code::TooManyArguments, message).at(argument.span, "the second time")
+            );
+        }
+        places[place] = Some(argument);
+    }
+    Ok(places)
+}
+
+fn unknown_argument(
+    function: &str,
+    names: &[Option<&str>],
+    name: &str,
+    span: Span,
+) -> Box<Diagnostic> {
+    let known: Vec<&str> = names.iter().flatten().copied().collect();
+    let message = format!("`{function}` has no argument `{name}`");
+    let mut error = failure(Code::UnknownArgument, message).at(span, "not an argument of it");
+    error.help = Some(match suggest::nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => format!("`{function}` takes no named arguments"),
+        None => format!("its arguments are {}", known.join(", ")),
+    });
+    error
+}
+
+/// The names of a function's parameters, for [`match_arguments`]; patterns have none.
+pub fn parameter_names(function: &Function) -> Vec<Option<&str>> {
+    function
+        .parameters
+        .iter()
+        .map(|parameter| match &parameter.pattern {
+            Pattern::Name(name) => Some(&*name.text),
+            Pattern::List(..) => None,
+        })
+        .collect()
+}
+
+/// The value as a function, for builtins that take one.
+pub fn function_of(value: &Value) -> Outcome<&FunctionValue> {
+    match value {
+        Value::Function(function) => Ok(function),
+        other => Err(wrong_kind("a function", other)),
+    }
+}
+
+/// Giving an error its place.
+pub trait At {
+    /// Labels the place, unless the error already knows a more precise one.
+    fn at(self, span: Span, label: &str) -> Self;
+}
+
+impl At for Box<Diagnostic> {
+    fn at(mut self, span: Span, label: &str) -> Self {
+        if self.labels.is_empty() {
+            *self = (*self).label(span, label);
+        }
+        self
+    }
+}
+
+impl<T> At for Outcome<T> {
+    fn at(self, span: Span, label: &str) -> Self {
+        self.map_err(|error| error.at(span, label))
+    }
+}

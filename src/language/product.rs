@@ -1,0 +1,379 @@
+//! What scripts make: samples, meshes and curves, with their properties.
+//!
+//! One table of properties for each kind serves `value.name`, the JSON summaries and the list of
+//! names in messages.
+
+use std::cell::OnceCell;
+
+use super::function::At;
+use super::value::{Value, failure};
+use crate::diagnostic::{Code, Diagnostic, suggest};
+use crate::geometry::{Bounds, Curves, Mesh, Samples, Spacing, Topology};
+use crate::graph::Interval;
+use crate::polygonize;
+use crate::sample;
+use crate::syntax::tree::Name;
+
+/// Samples and how they came about.
+#[derive(Debug)]
+pub struct SampleSet {
+    /// The points.
+    pub samples: Samples,
+    /// The sampler's name.
+    pub method: &'static str,
+    /// What the sampler tells; absent for what was made from other samples.
+    pub statistics: Option<sample::Statistics>,
+    spacing: OnceCell<Option<Spacing>>,
+}
+
+/// A mesh and how it came about.
+#[derive(Debug)]
+pub struct MeshSet {
+    /// The triangles.
+    pub mesh: Mesh,
+    /// The polygonizer's name.
+    pub method: &'static str,
+    /// What the polygonizer tells.
+    pub statistics: polygonize::Statistics,
+    topology: OnceCell<Topology>,
+}
+
+/// Curves and how they came about.
+#[derive(Debug)]
+pub struct CurveSet {
+    /// The polylines.
+    pub curves: Curves,
+    /// The polygonizer's name.
+    pub method: &'static str,
+    /// What the polygonizer tells.
+    pub statistics: polygonize::Statistics,
+}
+
+impl SampleSet {
+    /// Samples; their spacing is measured when it is first asked for.
+    pub fn new(
+        samples: Samples,
+        method: &'static str,
+        statistics: Option<sample::Statistics>,
+    ) -> SampleSet {
+        SampleSet {
+            samples,
+            method,
+            statistics,
+            spacing: OnceCell::new(),
+        }
+    }
+
+    /// Nearest-neighbour distances; `None` for fewer than two points.
+    pub fn spacing(&self) -> Option<&Spacing> {
+        self.spacing.get_or_init(|| self.samples.spacing()).as_ref()
+    }
+}
+
+impl MeshSet {
+    /// A mesh; its topology is found when it is first asked for.
+    pub fn new(mesh: Mesh, method: &'static str, statistics: polygonize::Statistics) -> MeshSet {
+        MeshSet {
+            mesh,
+            method,
+            statistics,
+            topology: OnceCell::new(),
+        }
+    }
+
+    /// Connectivity.
+    pub fn topology(&self) -> &Topology {
+        self.topology.get_or_init(|| self.mesh.topology())
+    }
+}
+
+/// A named property of a kind of value; no value where it cannot be given.
+struct Property<T> {
+    name: &'static str,
+    /// Whether summaries show it; lists of points are too long for that.
+    summary: bool,
+    value: fn(&T) -> Option<Value>,
+}
+
+const fn shown<T>(name: &'static str, value: fn(&T) -> Option<Value>) -> Property<T> {
+    Property {
+        name,
+        summary: true,
+        value,
+    }
+}
+
+const fn hidden<T>(name: &'static str, value: fn(&T) -> Option<Value>) -> Property<T> {
+    Property {
+        name,
+        summary: false,
+        value,
+    }
+}
+
+const MESH: &[Property<MeshSet>] = &[
+    shown("method", |set| Some(Value::text(set.method))),
+    shown("vertices", |set| count(set.mesh.positions.len())),
+    shown("triangles", |set| count(set.mesh.triangles.len())),
+    shown("components", |set| count(set.topology().components)),
+    shown("euler", |set| {
+        number(set.topology().euler_characteristic() as f64)
+    }),
+    shown("genus", |set| set.topology().genus().and_then(count)),
+    shown("boundary_edges", |set| count(set.topology().boundary_edges)),
+    shown("watertight", |set| {
+        Some(Value::Bool(set.topology().watertight))
+    }),
+    shown("manifold", |set| Some(Value::Bool(set.topology().manifold))),
+    shown("area", |set| number(set.mesh.area())),
+    shown("volume", |set| {
+        if set.topology().watertight {
+            number(set.mesh.volume())
+        } else {
+            None
+        }
+    }),
+    shown("bounds", |set| set.mesh.bounds().map(sides)),
+    shown("max_residual", |set| number(set.statistics.max_residual)),
+    shown("evaluations", |set| {
+        number(set.statistics.evaluations as f64)
+    }),
+    hidden("points", |set| Some(points(&set.mesh.positions, 3))),
+    hidden("normals", |set| Some(points(&set.mesh.normals, 3))),
+    hidden("faces", |set| {
+        Some(Value::list(
+            set.mesh
+                .triangles
+                .iter()
+                .map(|triangle| Value::numbers(triangle.map(f64::from)))
+                .collect(),
+        ))
+    }),
+    hidden("centroid", |set| {
+        set.mesh
+            .centroid()
+            .map(|centroid| Value::numbers(centroid.to_array()))
+    }),
+];
+
+const SAMPLES: &[Property<SampleSet>] = &[
+    shown("method", |set| Some(Value::text(set.method))),
+    shown("count", |set| count(set.samples.positions.len())),
+    shown("iterations", |set| {
+        set.statistics
+            .as_ref()
+            .and_then(|statistics| number(f64::from(statistics.iterations)))
+    }),
+    shown("converged", |set| {
+        set.statistics
+            .as_ref()
+            .map(|statistics| Value::Bool(statistics.converged))
+    }),
+    shown("dropped", |set| {
+        set.statistics
+            .as_ref()
+            .and_then(|statistics| number(statistics.dropped.total() as f64))
+    }),
+    shown("max_residual", |set| {
+        number(set.samples.residuals.iter().copied().fold(0.0, f64::max))
+    }),
+    shown("evaluations", |set| {
+        set.statistics
+            .as_ref()
+            .and_then(|statistics| number(statistics.evaluations as f64))
+    }),
+    hidden("points", |set| {
+        Some(points(&set.samples.positions, set.samples.dimension))
+    }),
+    hidden("normals", |set| {
+        Some(points(&set.samples.normals, set.samples.dimension))
+    }),
+    hidden("radii", |set| {
+        Some(Value::numbers(set.samples.radii.iter().copied()))
+    }),
+    hidden("residuals", |set| {
+        Some(Value::numbers(set.samples.residuals.iter().copied()))
+    }),
+    hidden("spacing", |set| {
+        set.spacing().and_then(|spacing| number(spacing.mean))
+    }),
+    hidden("bounds", |set| {
+        Bounds::of_points(set.samples.dimension, set.samples.positions.iter().copied()).map(sides)
+    }),
+];
+
+const CURVES: &[Property<CurveSet>] = &[
+    shown("method", |set| Some(Value::text(set.method))),
+    shown("components", |set| count(set.curves.components())),
+    shown("closed", |set| {
+        Some(Value::Bool(
+            set.curves.closed_components() == set.curves.components(),
+        ))
+    }),
+    shown("vertices", |set| {
+        count(
+            set.curves
+                .polylines
+                .iter()
+                .map(|polyline| polyline.points.len())
+                .sum(),
+        )
+    }),
+    shown("length", |set| number(set.curves.length())),
+    shown("area", |set| set.curves.enclosed_area().and_then(number)),
+    shown("bounds", |set| set.curves.bounds().map(sides)),
+    shown("max_residual", |set| number(set.statistics.max_residual)),
+    shown("evaluations", |set| {
+        number(set.statistics.evaluations as f64)
+    }),
+    hidden("points", |set| {
+        let polylines = set.curves.polylines.iter();
+        Some(Value::list(
+            polylines
+                .map(|polyline| points(&polyline.points, set.curves.dimension))
+                .collect(),
+        ))
+    }),
+];
+
+/// A property of a value; `None` if there is none of that name, or it cannot be given.
+pub fn property(value: &Value, name: &str) -> Option<Value> {
+    match value {
+        Value::Unknown => Some(Value::Unknown),
+        Value::List(elements) => swizzle(elements, name),
+        Value::Interval(interval) => interval_property(*interval, name),
+        Value::Mesh(set) => find(MESH, set, name),
+        Value::Samples(set) => find(SAMPLES, set, name),
+        Value::Curves(set) => find(CURVES, set, name),
+        _ => None,
+    }
+}
+
+/// The properties that summaries show, with their values, in order.
+pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
+    fn shown_values<T>(table: &[Property<T>], set: &T) -> Vec<(&'static str, Value)> {
+        table
+            .iter()
+            .filter(|property| property.summary)
+            .filter_map(|property| Some((property.name, (property.value)(set)?)))
+            .collect()
+    }
+    match value {
+        Value::Mesh(set) => shown_values(MESH, set),
+        Value::Samples(set) => shown_values(SAMPLES, set),
+        Value::Curves(set) => shown_values(CURVES, set),
+        _ => Vec::new(),
+    }
+}
+
+/// The names of a value's properties.
+pub fn property_names(value: &Value) -> Vec<&'static str> {
+    match value {
+        Value::List(_) => vec!["x", "y", "z"],
+        Value::Interval(_) => vec!["low", "high", "width", "middle"],
+        Value::Mesh(_) => MESH.iter().map(|property| property.name).collect(),
+        Value::Samples(_) => SAMPLES.iter().map(|property| property.name).collect(),
+        Value::Curves(_) => CURVES.iter().map(|property| property.name).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// The error for a property that a value does not have.
+pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
+    let names = property_names(value);
+    let known = names.contains(&&*name.text);
+    let message = match (value, known) {
+        (Value::List(elements), _) if is_swizzle(&name.text) => format!(
+            "a list of {} elements has no component `{}`",
+            elements.len(),
+            name.text
+        ),
+        (_, true) => format!(
+            "`{}` cannot be given for this {}",
+            name.text,
+            value.kind().trim_start_matches("a ")
+        ),
+        _ => format!("{} has no property `{}`", value.kind(), name.text),
+    };
+    let mut error = failure(Code::UnknownProperty, message).at(name.span, "not there");
+    error.help = if known {
+        Some("it is only defined for closed and manifold results".into())
+    } else {
+        match suggest::nearest(&name.text, names.iter().copied()) {
+            Some(near) => Some(format!("did you mean `{near}`?")),
+            None if names.is_empty() => None,
+            None => Some(format!("its properties are {}", names.join(", "))),
+        }
+    };
+    error
+}
+
+/// The number of things in a product, for `len`.
+pub fn length(value: &Value) -> Option<usize> {
+    match value {
+        Value::Samples(set) => Some(set.samples.positions.len()),
+        Value::Curves(set) => Some(set.curves.polylines.len()),
+        _ => None,
+    }
+}
+
+/// A box as a list of intervals.
+pub fn sides(bounds: Bounds) -> Value {
+    Value::list(
+        bounds
+            .sides()
+            .map(|(low, high)| Value::Interval(Interval::new(low, high)))
+            .collect(),
+    )
+}
+
+fn find<T>(table: &[Property<T>], set: &T, name: &str) -> Option<Value> {
+    let property = table.iter().find(|property| property.name == name)?;
+    (property.value)(set)
+}
+
+fn swizzle(elements: &[Value], name: &str) -> Option<Value> {
+    if !is_swizzle(name) {
+        return None;
+    }
+    let components = name
+        .chars()
+        .map(|axis| elements.get("xyzw".find(axis)?).cloned())
+        .collect::<Option<Vec<Value>>>()?;
+    match <[Value; 1]>::try_from(components) {
+        Ok([single]) => Some(single),
+        Err(several) => Some(Value::list(several)),
+    }
+}
+
+fn is_swizzle(name: &str) -> bool {
+    (1..=4).contains(&name.len()) && name.chars().all(|axis| "xyzw".contains(axis))
+}
+
+fn interval_property(interval: Interval, name: &str) -> Option<Value> {
+    let number = match name {
+        "low" => interval.low,
+        "high" => interval.high,
+        "width" => interval.high - interval.low,
+        "middle" => 0.5 * (interval.low + interval.high),
+        _ => return None,
+    };
+    Some(Value::Number(number))
+}
+
+fn number(value: f64) -> Option<Value> {
+    Some(Value::Number(value))
+}
+
+fn count(value: usize) -> Option<Value> {
+    number(value as f64)
+}
+
+fn points(points: &[glam::DVec3], dimension: usize) -> Value {
+    Value::list(
+        points
+            .iter()
+            .map(|point| Value::numbers(point.to_array().into_iter().take(dimension)))
+            .collect(),
+    )
+}

@@ -1,0 +1,254 @@
+//! One run of one file: everything that evaluation needs and changes.
+
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use indexmap::IndexMap;
+
+use super::builtin;
+use super::field::FieldValue;
+use super::function::{Argument, FunctionValue};
+use super::limits::Limits;
+use super::parameters::Parameters;
+use super::resolve;
+use super::scope::{Binding, Scope};
+use super::value::{Outcome, Value, failure};
+use crate::diagnostic::suggest;
+use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::engine::Monitor;
+use crate::graph::Graph;
+use crate::syntax::tree::{Expression, StatementKind, Tree};
+
+/// Where a session's output goes: a terminal, a test, an editor.
+pub trait Host {
+    /// A line that the script prints.
+    fn print(&mut self, line: &str);
+
+    /// Something that the person should know, while the script goes on.
+    fn warn(&mut self, warning: Diagnostic);
+
+    /// A file was written.
+    fn wrote(&mut self, path: &std::path::Path);
+
+    /// Who watches long work.
+    fn monitor(&self) -> &dyn Monitor;
+}
+
+/// How much of a file is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// Everything, top to bottom.
+    Run,
+    /// Definitions; a top-level `let` is evaluated when it is first asked for. For commands that
+    /// ask one thing of a file.
+    Define,
+    /// Definitions and every expression of the statements, but no action: what actions would
+    /// make is unknown.
+    Check,
+}
+
+/// One run of one file.
+pub struct Session {
+    pub(super) graph: Graph,
+    pub(super) parameters: Parameters,
+    pub(super) limits: Limits,
+    pub(super) host: Box<dyn Host>,
+    pub(super) mode: Mode,
+    /// Values given from outside for parameters, by name.
+    pub(super) settings: IndexMap<String, Expression>,
+    /// Where files may be written; the first one is where relative paths start.
+    pub(super) output_directories: Vec<PathBuf>,
+    /// How many field bodies are being traced: inside them nothing may act.
+    pub(super) tracing: usize,
+    pub(super) depth: u64,
+    pub(super) steps: u64,
+    /// The file's own bindings.
+    pub(super) globals: Rc<Scope>,
+    /// The file's fields, in order.
+    pub(super) fields: IndexMap<Arc<str>, FieldValue>,
+}
+
+impl Session {
+    /// A session that has read nothing yet. `output_directories` says where files may be
+    /// written; relative paths start at the first one.
+    pub fn new(
+        host: Box<dyn Host>,
+        mode: Mode,
+        limits: Limits,
+        output_directories: Vec<PathBuf>,
+    ) -> Session {
+        let prelude = Rc::new(Scope::default());
+        for builtin in builtin::all() {
+            let function = FunctionValue::Builtin(builtin);
+            prelude.bind(
+                &Arc::from(builtin.name),
+                Binding::Constant(Value::Function(function)),
+            );
+        }
+        for (name, value) in builtin::CONSTANTS {
+            prelude.bind(&Arc::from(*name), Binding::Constant(Value::Number(*value)));
+        }
+        Session {
+            graph: Graph::new(),
+            parameters: Parameters::default(),
+            limits,
+            host,
+            mode,
+            settings: IndexMap::new(),
+            output_directories,
+            tracing: 0,
+            depth: 0,
+            steps: 0,
+            globals: Scope::inside(&prelude),
+            fields: IndexMap::new(),
+        }
+    }
+
+    /// Gives the parameter `name` another value than the file does. Takes effect when the file
+    /// is run; an unknown name is an error then.
+    pub fn set(&mut self, name: &str, value: Expression) {
+        self.settings.insert(name.to_string(), value);
+    }
+
+    /// Runs a whole tree in the session's mode.
+    ///
+    /// Names are checked first, so all misspelt ones are reported together; evaluation ends with
+    /// its first error.
+    pub fn run(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
+        self.check_settings(tree).map_err(|error| vec![*error])?;
+        let errors = resolve::resolve(tree, &self.globals);
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let globals = Rc::clone(&self.globals);
+        for statement in &tree.statements {
+            self.statement(statement, &globals, true)
+                .map_err(|error| vec![*error])?;
+        }
+        if self.mode == Mode::Check {
+            self.force_all(tree).map_err(|error| vec![*error])?;
+        }
+        Ok(())
+    }
+
+    /// The value of an expression in the scope of what has been run, with plain numbers.
+    pub fn evaluate(&mut self, expression: &Expression) -> Result<Value, Vec<Diagnostic>> {
+        let errors = resolve::resolve_expression(expression, &self.globals);
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        let globals = Rc::clone(&self.globals);
+        self.expression(expression, &globals)
+            .and_then(|value| self.plain(value, expression.span))
+            .map_err(|error| vec![*error])
+    }
+
+    /// Calls a function of the language with a value and named arguments: what a command does
+    /// with its flags.
+    pub fn call(
+        &mut self,
+        function: &str,
+        subject: Value,
+        options: &[(&str, Expression)],
+    ) -> Result<Value, Vec<Diagnostic>> {
+        let Some(builtin) = builtin::find(function) else {
+            let message = format!("there is no function `{function}`");
+            return Err(vec![Diagnostic::error(Code::UnknownName, message)]);
+        };
+        let mut arguments = vec![Argument {
+            name: None,
+            value: subject,
+            span: Span::NOWHERE,
+        }];
+        for (name, expression) in options {
+            arguments.push(Argument {
+                name: Some(Arc::from(*name)),
+                value: self.evaluate(expression)?,
+                span: expression.span,
+            });
+        }
+        self.call_function(&FunctionValue::Builtin(builtin), arguments, Span::NOWHERE)
+            .map_err(|error| vec![*error])
+    }
+
+    /// The fields of the file, in order.
+    pub fn fields(&self) -> &IndexMap<Arc<str>, FieldValue> {
+        &self.fields
+    }
+
+    /// The parameters of the file.
+    pub fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// The expression graph that everything is traced into.
+    pub fn graph(&mut self) -> &mut Graph {
+        &mut self.graph
+    }
+
+    /// The only field of the file, for commands that are not told which.
+    pub fn only_field(&self) -> Outcome<FieldValue> {
+        let names: Vec<&str> = self.fields.keys().map(|name| &**name).collect();
+        match self.fields.values().next() {
+            Some(field) if names.len() == 1 => Ok(field.clone()),
+            Some(_) => Err(which_field(
+                "the file has several fields",
+                format!("name one of them: {}", names.join(", ")),
+            )),
+            None => Err(which_field(
+                "the file has no field",
+                "define one, as in `field ball(p in R3) = norm(p) - 1`".into(),
+            )),
+        }
+    }
+
+    fn check_settings(&self, tree: &Tree) -> Outcome<()> {
+        let names: Vec<&str> = tree
+            .statements
+            .iter()
+            .filter_map(|statement| match &statement.kind {
+                StatementKind::Parameter { name, .. } => Some(&*name.text),
+                _ => None,
+            })
+            .collect();
+        match self
+            .settings
+            .keys()
+            .find(|name| !names.contains(&name.as_str()))
+        {
+            None => Ok(()),
+            Some(name) => {
+                let mut error = failure(
+                    Code::UnknownParameter,
+                    format!("there is no parameter `{name}` to set"),
+                );
+                error.help = Some(match suggest::nearest(name, names.iter().copied()) {
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None if names.is_empty() => "the file has no parameters".into(),
+                    None => format!("the parameters are {}", names.join(", ")),
+                });
+                Err(error)
+            }
+        }
+    }
+
+    /// Evaluates what is still lazy, in the order of the file.
+    fn force_all(&mut self, tree: &Tree) -> Outcome<()> {
+        let globals = Rc::clone(&self.globals);
+        for statement in &tree.statements {
+            if let StatementKind::Let { pattern, .. } = &statement.kind {
+                for name in super::resolve::pattern_names(pattern) {
+                    self.lookup(name, &globals)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn which_field(message: &str, help: String) -> Box<Diagnostic> {
+    let mut error = failure(Code::WhichField, message);
+    error.help = Some(help);
+    error
+}

@@ -1,0 +1,208 @@
+//! What can be written on the command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Imp: a language for implicit geometry.
+#[derive(Parser, Debug)]
+#[command(
+    name = "imp",
+    version,
+    about = "Imp: a small language for implicit geometry",
+    after_help = "Examples:\n  imp run examples/blobs.imp --out build\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\"\n  imp mesh examples/heart.imp -o heart.stl --cell 0.02\n\n`imp FILE` is short for `imp run FILE`; `-` is standard input.\nExit codes: 0 well, 1 the script is wrong or an assertion failed, 2 usage, 3 input or output, 4 no surface."
+)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Command,
+}
+
+#[derive(Subcommand, Debug)]
+pub(super) enum Command {
+    /// Runs a file's script
+    #[command(after_help = "Example:\n  imp run examples/blobs.imp --set b=0.4 --out build")]
+    Run(Run),
+    /// Checks files without running their statements
+    #[command(after_help = "Example:\n  imp check examples/blobs.imp examples/torus.imp")]
+    Check(Check),
+    /// Prints the values of expressions
+    #[command(
+        after_help = "Examples:\n  imp eval \"2^10\"\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\" --json\n\nAn expression that begins with a dash goes behind `--`:\n  imp eval -- \"-pi/2\""
+    )]
+    Eval(Eval),
+    /// Polygonizes a field: triangles in R3, curves in R2, roots in R1
+    #[command(
+        after_help = "Examples:\n  imp mesh examples/torus.imp -o torus.stl\n  imp mesh scene.imp \"a & !b\" -o cut.obj --cell 0.02 --bounds \"[-1..1, -1..1, 0..2]\" --cap"
+    )]
+    Mesh(Mesh),
+    /// Samples a field's zero set with particles
+    #[command(
+        after_help = "Example:\n  imp sample examples/blobs.imp -o blobs.ply --method dynamic --count 20000 --seed 1"
+    )]
+    Sample(Sample),
+    /// Lists a file's fields and parameters
+    #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
+    Info(Info),
+    /// Prints the intermediate forms of a field
+    #[command(after_help = "Example:\n  imp dump examples/torus.imp torus --graph")]
+    Dump(Dump),
+}
+
+/// What every command understands that reads a file.
+#[derive(Args, Debug, Clone)]
+pub(super) struct Common {
+    /// Gives a parameter another value; may be repeated
+    #[arg(long, value_name = "NAME=EXPR")]
+    pub(super) set: Vec<String>,
+    /// Prints exactly one JSON object on standard output
+    #[arg(long)]
+    pub(super) json: bool,
+    /// How many threads work; 0 is one for each core
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) threads: usize,
+    /// No progress and no warnings
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+    /// Raises or lowers a limit (recursion, nodes, elements, steps, cells, particles); may be repeated
+    #[arg(long, value_name = "NAME=N")]
+    pub(super) limit: Vec<String>,
+    /// Whether messages are coloured
+    #[arg(long, value_enum, value_name = "WHEN", default_value_t = Color::Auto)]
+    pub(super) color: Color,
+    /// Where the script's files go [default: the present directory]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+    /// Another directory in which the script may write; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(super) allow_write: Vec<PathBuf>,
+}
+
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Color {
+    Auto,
+    Always,
+    Never,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Run {
+    /// The file; `-` is standard input
+    pub(super) file: PathBuf,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Check {
+    /// The files; `-` is standard input
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Eval {
+    /// A file whose definitions are used (it ends with `.imp`, or is `-`), then expressions
+    #[arg(
+        required = true,
+        value_name = "[FILE] EXPR",
+        allow_hyphen_values = true
+    )]
+    pub(super) words: Vec<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Mesh {
+    #[command(flatten)]
+    pub(super) subject: Subject,
+    /// The method
+    #[arg(long, value_name = "NAME")]
+    pub(super) method: Option<String>,
+    /// The side of a cell
+    #[arg(long, value_name = "EXPR")]
+    pub(super) cell: Option<String>,
+    /// Cells along the longest side of the box, where no `--cell` is given
+    #[arg(long, value_name = "EXPR")]
+    pub(super) resolution: Option<String>,
+    /// The level: the set where the field has this value
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) iso: Option<String>,
+    /// Closes the surface where the box cuts it
+    #[arg(long)]
+    pub(super) cap: bool,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Sample {
+    #[command(flatten)]
+    pub(super) subject: Subject,
+    /// The method: kinematic or dynamic
+    #[arg(long, value_name = "NAME")]
+    pub(super) method: Option<String>,
+    /// How many particles are released
+    #[arg(long, value_name = "EXPR")]
+    pub(super) count: Option<String>,
+    /// Where randomness starts
+    #[arg(long, value_name = "EXPR")]
+    pub(super) seed: Option<String>,
+    /// The friction of dynamic particles
+    #[arg(long, value_name = "EXPR")]
+    pub(super) friction: Option<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// The field that a command works on, and where the result goes.
+#[derive(Args, Debug)]
+pub(super) struct Subject {
+    /// The file; `-` is standard input
+    pub(super) file: PathBuf,
+    /// The field, or any expression that gives one; may be left out where the file has one field
+    pub(super) field: Option<String>,
+    /// The file to write; its extension names the format
+    #[arg(short, long, value_name = "OUT")]
+    pub(super) output: Option<PathBuf>,
+    /// The box: one interval for all axes, or a list of one for each
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) bounds: Option<String>,
+    /// The greatest |F|/|F_x|, relative to the box's diagonal
+    #[arg(long, value_name = "EXPR")]
+    pub(super) tolerance: Option<String>,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Info {
+    /// The file; `-` is standard input
+    pub(super) file: PathBuf,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Dump {
+    /// The file; `-` is standard input
+    pub(super) file: PathBuf,
+    /// The field, or any expression that gives one
+    pub(super) field: Option<String>,
+    #[command(flatten)]
+    pub(super) form: Form,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+/// Which intermediate form is printed.
+#[derive(Args, Debug)]
+#[group(required = true, multiple = false)]
+pub(super) struct Form {
+    /// The expression graph
+    #[arg(long)]
+    pub(super) graph: bool,
+    /// Cranelift's intermediate representation
+    #[arg(long)]
+    pub(super) clif: bool,
+}

@@ -1,0 +1,129 @@
+//! `imp info`
+
+use serde_json::{Map, Value as Json, json};
+
+use super::arguments::Info;
+use super::output;
+use super::workspace::Workspace;
+use crate::language::json::json as json_of;
+use crate::language::product::sides;
+use crate::language::show::show;
+use crate::language::{FieldValue, Mode, Value};
+
+/// Lists fields and parameters; the exit code.
+pub(super) fn info(command: &Info) -> u8 {
+    match attempt(command) {
+        Ok(()) => 0,
+        Err(code) => code,
+    }
+}
+
+fn attempt(command: &Info) -> Result<(), u8> {
+    let mut workspace = Workspace::open(Some(&command.file), &command.common, Mode::Define)?;
+    workspace.run()?;
+    if command.common.json {
+        let mut object = Map::new();
+        object.insert("fields".into(), fields_json(&mut workspace)?);
+        object.insert("parameters".into(), parameters_json(&workspace));
+        workspace.finish_json(&mut object);
+        output::data(&Json::Object(object).to_string());
+    } else {
+        output::data(&text(&mut workspace)?);
+    }
+    Ok(())
+}
+
+/// The names of the components of q that a field depends on.
+fn parameter_names(workspace: &mut Workspace, field: &FieldValue) -> Result<Vec<String>, u8> {
+    let program = field.program(workspace.session.graph());
+    let program = program.map_err(|error| workspace.fail(&[*error]))?;
+    let parameters = workspace.session.parameters();
+    Ok(program
+        .parameters()
+        .iter()
+        .map(|&index| parameters.component_name(index as usize))
+        .collect())
+}
+
+fn fields_json(workspace: &mut Workspace) -> Result<Json, u8> {
+    let mut list = Vec::new();
+    for (name, field) in workspace.session.fields().clone() {
+        let mut object = Map::new();
+        object.insert("name".into(), name.to_string().into());
+        object.insert("dimension".into(), field.dimension().into());
+        let components = match field.body() {
+            Value::List(components) => components.len(),
+            _ => 1,
+        };
+        object.insert("components".into(), components.into());
+        if let Some(domain) = field.domain() {
+            let sides: Vec<Json> = domain
+                .sides()
+                .map(|(low, high)| json!([low, high]))
+                .collect();
+            object.insert("domain".into(), sides.into());
+        }
+        if let Some(text) = field.documentation() {
+            object.insert("documentation".into(), text.into());
+        }
+        let names = parameter_names(workspace, &field)?;
+        object.insert("parameters".into(), names.into());
+        list.push(Json::Object(object));
+    }
+    Ok(Json::Array(list))
+}
+
+fn parameters_json(workspace: &Workspace) -> Json {
+    workspace
+        .session
+        .parameters()
+        .iter()
+        .map(|(name, parameter)| {
+            let mut object = Map::new();
+            object.insert("name".into(), name.to_string().into());
+            object.insert("value".into(), json_of(&parameter.value));
+            if let Some((low, high)) = parameter.range {
+                object.insert("range".into(), json!({ "lo": low, "hi": high }));
+            }
+            if let Some(text) = &parameter.documentation {
+                object.insert("documentation".into(), text.to_string().into());
+            }
+            Json::Object(object)
+        })
+        .collect()
+}
+
+fn text(workspace: &mut Workspace) -> Result<String, u8> {
+    let mut lines = Vec::new();
+    for (name, field) in workspace.session.fields().clone() {
+        let domain = match field.domain() {
+            Some(domain) => format!(" over {}", show(&sides(domain), None)),
+            None => String::new(),
+        };
+        lines.push(format!("field {name} in R{}{domain}", field.dimension()));
+        if let Some(text) = field.documentation() {
+            lines.extend(text.lines().map(|line| format!("    {line}")));
+        }
+        let names = parameter_names(workspace, &field)?;
+        if !names.is_empty() {
+            lines.push(format!("    depends on {}", names.join(", ")));
+        }
+    }
+    for (name, parameter) in workspace.session.parameters().iter() {
+        let range = match parameter.range {
+            Some((low, high)) => format!(" in {low}..{high}"),
+            None => String::new(),
+        };
+        lines.push(format!(
+            "param {name} = {}{range}",
+            show(&parameter.value, None)
+        ));
+        if let Some(text) = &parameter.documentation {
+            lines.extend(text.lines().map(|line| format!("    {line}")));
+        }
+    }
+    if lines.is_empty() {
+        lines.push("no fields and no parameters".into());
+    }
+    Ok(lines.join("\n"))
+}

@@ -1,0 +1,69 @@
+//! What the README shows is true: every command in it works.
+
+mod common;
+
+use std::path::Path;
+
+use common::imp_in;
+
+/// The lines of the README's `console` blocks that start with `$ imp`, or with `$ cargo run`.
+fn commands() -> Vec<Vec<String>> {
+    let text = include_str!("../README.md");
+    text.lines()
+        .filter_map(|line| line.trim().strip_prefix("$ "))
+        .filter_map(|line| {
+            let line = line.replace("cargo run --release --", "imp");
+            let words = split(&line);
+            (words.first().map(String::as_str) == Some("imp")).then(|| words[1..].to_vec())
+        })
+        .collect()
+}
+
+/// Words of a shell command with double quotes.
+fn split(line: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    let mut word = String::new();
+    let mut quoted = false;
+    for character in line.chars() {
+        match character {
+            '"' => quoted = !quoted,
+            ' ' if !quoted => {
+                if !word.is_empty() {
+                    words.push(std::mem::take(&mut word));
+                }
+            }
+            other => word.push(other),
+        }
+    }
+    if !word.is_empty() {
+        words.push(word);
+    }
+    words
+}
+
+#[test]
+fn every_command_of_the_readme_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    std::fs::create_dir(folder.path().join("examples")).unwrap();
+    for entry in std::fs::read_dir(examples).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "imp") {
+            let target = folder
+                .path()
+                .join("examples")
+                .join(path.file_name().unwrap());
+            std::fs::copy(&path, target).unwrap();
+        }
+    }
+    let commands = commands();
+    assert!(
+        commands.len() >= 5,
+        "the README shows few commands: {commands:?}"
+    );
+    for command in commands {
+        let words: Vec<&str> = command.iter().map(String::as_str).collect();
+        let run = imp_in(folder.path(), &words);
+        assert_eq!(run.code, 0, "imp {}\n{}", command.join(" "), run.stderr);
+    }
+}
