@@ -95,8 +95,8 @@ fn blobs_have_their_closed_form_derivatives() {
         ));
     }
     assert!(close(value, expected.0));
-    for axis in 0..3 {
-        assert!(close(gradient[axis], expected.1[axis]));
+    for (found, expected) in gradient.into_iter().zip(expected.1) {
+        assert!(close(found, expected));
     }
     assert_eq!(parameters[12], 1.0);
 }

@@ -15,7 +15,7 @@ use std::sync::OnceLock;
 pub enum Backend {
     /// Machine code made by Cranelift.
     MachineCode,
-    /// The reference interpreter; about ten times slower, on every platform.
+    /// The reference interpreter; ten to forty times slower, on every platform.
     Interpreter,
 }
 

@@ -1,5 +1,8 @@
 //! A few fields of different size, built through the graph's own interface.
 
+// Each program that includes this file uses a part of it.
+#![allow(dead_code)]
+
 use imp::graph::{Graph, NodeId, Op};
 
 /// A field with a q to evaluate it at.

@@ -30,7 +30,7 @@ use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::JITBuilder;
-use cranelift_module::{FuncId, Linkage, Module, ModuleError, ModuleResult};
+use cranelift_module::{FuncId, Linkage, Module, ModuleError};
 use memory::FreeingModule;
 use std::convert::Infallible;
 use std::sync::OnceLock;
@@ -38,7 +38,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
 /// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it the
-/// interpreter serves.
+/// interpreter serves. Addresses below it also fit the 32 bits of a displacement.
 const LARGEST_KERNEL: usize = 250_000;
 
 /// Why there is no machine code.
@@ -47,12 +47,18 @@ pub(super) enum Refusal {
     /// Cranelift knows no code for this processor.
     #[error("Cranelift does not serve this processor")]
     Processor,
-    /// More than [`LARGEST_KERNEL`] steps, or more than three coordinates.
+    /// Steps, uniforms or outputs beyond [`LARGEST_KERNEL`], or more than three coordinates.
     #[error("the kernel is larger than what is compiled")]
     TooLarge,
     /// The system gave no executable memory, or a limit of Cranelift was met.
-    #[error(transparent)]
-    Compiler(#[from] ModuleError),
+    #[error("{0}")]
+    Compiler(Box<ModuleError>),
+}
+
+impl From<ModuleError> for Refusal {
+    fn from(error: ModuleError) -> Refusal {
+        Refusal::Compiler(Box::new(error))
+    }
 }
 
 /// How many functions this process has compiled.
@@ -100,7 +106,12 @@ pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
 /// Compiles a kernel in functions of these lengths.
 fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<MachineCode, Refusal> {
     let target = target().ok_or(Refusal::Processor)?;
-    if lowered.steps.len() > LARGEST_KERNEL || lowered.dimension > 3 {
+    let sizes = [
+        lowered.steps.len(),
+        lowered.uniforms(),
+        lowered.outputs.len(),
+    ];
+    if sizes.iter().any(|&size| size > LARGEST_KERNEL) || lowered.dimension > 3 {
         return Err(Refusal::TooLarge);
     }
     let plan = chunk::plan(lowered, lengths);
@@ -294,7 +305,11 @@ fn builder(isa: OwnedTargetIsa) -> JITBuilder {
 }
 
 /// Compiles the chunks into the module.
-fn define(module: &mut impl Module, lowered: &Lowered, plan: &Plan) -> ModuleResult<Vec<FuncId>> {
+fn define(
+    module: &mut impl Module,
+    lowered: &Lowered,
+    plan: &Plan,
+) -> Result<Vec<FuncId>, Refusal> {
     let mut context = Context::new();
     let mut memory = FunctionBuilderContext::new();
     let config = module.target_config();
@@ -310,7 +325,7 @@ fn define(module: &mut impl Module, lowered: &Lowered, plan: &Plan) -> ModuleRes
             &mut |function, op| {
                 let signature = translate::host_signature(convention);
                 let id = module.declare_function(op.name(), Linkage::Import, &signature)?;
-                ModuleResult::Ok(module.declare_func_in_func(id, function))
+                Ok::<_, Refusal>(module.declare_func_in_func(id, function))
             },
         )?;
         builder.finalize(config);
