@@ -16,9 +16,8 @@
 //!
 //! Nothing here uses stack for depth.
 
-use rustc_hash::{FxHashMap, FxHashSet};
-
 use super::operation::Derivative;
+use super::traverse::NodeMap;
 use super::{Graph, Node, NodeId, Op};
 
 /// ∂root/∂variable for every variable, by one adjoint sweep.
@@ -29,14 +28,15 @@ pub fn reverse(graph: &mut Graph, root: NodeId, variables: &[NodeId]) -> Vec<Nod
     let inner = without_gate(graph, root, variables);
     let nodes = graph.reachable(&[inner]);
     let dependent = dependents(graph, &nodes, variables);
-    let mut adjoints = FxHashMap::default();
-    adjoints.insert(inner, graph.constant(1.0));
+    let [zero, one] = [0.0, 1.0].map(|value| graph.constant(value));
+    let mut adjoints = NodeMap::new(graph);
+    adjoints.set(inner, one);
     for &id in nodes.iter().rev() {
         if let Node::Apply(op, operands) = graph.node(id)
-            && let Some(&adjoint) = adjoints.get(&id)
+            && let Some(adjoint) = adjoints.get(id)
         {
             for place in 0..op.arity() {
-                if dependent.contains(&operands[place]) {
+                if dependent[operands[place].index()] {
                     let term = adjoint_term(graph, op, operands, id, adjoint, place);
                     accumulate(graph, &mut adjoints, operands[place], term);
                 }
@@ -44,9 +44,8 @@ pub fn reverse(graph: &mut Graph, root: NodeId, variables: &[NodeId]) -> Vec<Nod
         }
     }
     let support = graph.reachable(&[root]);
-    let zero = graph.constant(0.0);
-    let derivative = |variable: &NodeId| match support.binary_search(variable) {
-        Ok(_) => gate(graph, root, adjoints.get(variable).copied().unwrap_or(zero)),
+    let derivative = |&variable: &NodeId| match support.binary_search(&variable) {
+        Ok(_) => gate(graph, root, adjoints.get(variable).unwrap_or(zero)),
         Err(_) => zero,
     };
     variables.iter().map(derivative).collect()
@@ -55,27 +54,26 @@ pub fn reverse(graph: &mut Graph, root: NodeId, variables: &[NodeId]) -> Vec<Nod
 /// ∂root/∂variable for every root, by one sweep of tangents. See [`reverse`] for what a variable
 /// may be.
 pub fn forward(graph: &mut Graph, roots: &[NodeId], variable: NodeId) -> Vec<NodeId> {
-    let zero = graph.constant(0.0);
-    let one = graph.constant(1.0);
-    let mut tangents = FxHashMap::default();
+    let [zero, one] = [0.0, 1.0].map(|value| graph.constant(value));
+    let mut tangents = NodeMap::new(graph);
     for id in graph.reachable(roots) {
         if id == variable {
-            tangents.insert(id, one);
+            tangents.set(id, one);
         } else if let Node::Apply(op, operands) = graph.node(id)
             && operands
                 .iter()
-                .any(|operand| tangents.contains_key(operand))
+                .any(|&operand| tangents.get(operand).is_some())
         {
-            let of_operands = operands.map(|id| tangents.get(&id).copied().unwrap_or(zero));
+            let of_operands = operands.map(|id| tangents.get(id).unwrap_or(zero));
             let tangent = tangent(graph, op, operands, id, of_operands);
-            tangents.insert(id, tangent);
+            tangents.set(id, tangent);
         }
     }
-    let derivative = |root: &NodeId| {
-        let inner = without_gate(graph, *root, &[variable]);
-        match tangents.contains_key(root) {
-            true => gate(graph, *root, tangents.get(&inner).copied().unwrap_or(zero)),
-            false => zero,
+    let derivative = |&root: &NodeId| {
+        let inner = without_gate(graph, root, &[variable]);
+        match tangents.get(root) {
+            Some(_) => gate(graph, root, tangents.get(inner).unwrap_or(zero)),
+            None => zero,
         }
     };
     roots.iter().map(derivative).collect()
@@ -96,13 +94,20 @@ pub fn hessian(graph: &mut Graph, root: NodeId, variables: &[NodeId]) -> Vec<Vec
     matrix
 }
 
-/// The nodes whose value changes with a variable, the variables included.
-fn dependents(graph: &Graph, nodes: &[NodeId], variables: &[NodeId]) -> FxHashSet<NodeId> {
-    let mut dependent: FxHashSet<NodeId> = variables.iter().copied().collect();
+/// For every node of the graph whether its value changes with a variable; a variable's does.
+fn dependents(graph: &Graph, nodes: &[NodeId], variables: &[NodeId]) -> Vec<bool> {
+    let mut dependent = vec![false; graph.len()];
+    for variable in variables {
+        dependent[variable.index()] = true;
+    }
     for &id in nodes {
         let node = graph.node(id);
-        if node.operands().iter().any(|id| dependent.contains(id)) {
-            dependent.insert(id);
+        if node
+            .operands()
+            .iter()
+            .any(|operand| dependent[operand.index()])
+        {
+            dependent[id.index()] = true;
         }
     }
     dependent
@@ -142,20 +147,15 @@ fn adjoint_term(
 
 /// Adds a term to a node's adjoint. Terms come in the order of the sweep, which is the same in
 /// every run. A constant zero is no term: adding it could only change the sign of a zero.
-fn accumulate(
-    graph: &mut Graph,
-    adjoints: &mut FxHashMap<NodeId, NodeId>,
-    id: NodeId,
-    term: NodeId,
-) {
+fn accumulate(graph: &mut Graph, adjoints: &mut NodeMap, id: NodeId, term: NodeId) {
     if graph.constant_value(term) == Some(0.0) {
         return;
     }
-    let sum = match adjoints.get(&id) {
-        Some(&adjoint) => graph.apply(Op::Add, &[adjoint, term]),
+    let sum = match adjoints.get(id) {
+        Some(adjoint) => graph.apply(Op::Add, &[adjoint, term]),
         None => term,
     };
-    adjoints.insert(id, sum);
+    adjoints.set(id, sum);
 }
 
 /// The tangent of a node from those of its operands.
@@ -214,3 +214,6 @@ fn without_gate(graph: &Graph, root: NodeId, variables: &[NodeId]) -> NodeId {
     }
     inner
 }
+
+#[cfg(test)]
+mod tests;

@@ -13,6 +13,8 @@ mod node;
 pub mod operation;
 pub mod print;
 mod simplify;
+#[cfg(test)]
+mod test_support;
 mod traverse;
 
 pub use build::Graph;

@@ -13,71 +13,59 @@
 
 use std::fmt::Write;
 
-use rustc_hash::FxHashMap;
-
 use super::{Graph, Node, NodeId};
 
 /// The roots and all that they are made of, as in the module's example. Parameters are named by
 /// their places, `q0`; numbers have all the digits that tell them apart.
 pub fn text(graph: &Graph, roots: &[NodeId]) -> String {
-    let order = evaluation_order(graph, roots);
-    let mut numbers = FxHashMap::default();
-    let mut lines = String::new();
-    for (number, &id) in order.iter().enumerate() {
-        numbers.insert(id, number);
+    let mut numbers = vec![0; graph.len()];
+    let mut text = String::new();
+    for (number, id) in evaluation_order(graph, roots).into_iter().enumerate() {
+        numbers[id.index()] = number;
+        // Writing to a string cannot fail, here and below.
+        let _ = write!(text, "n{number} = ");
         let node = graph.node(id);
-        let what = match node {
-            Node::Constant(bits) => format!("{:?}", f64::from_bits(bits)),
-            Node::Coordinate(axis) => ["x", "y", "z"][usize::from(axis) % 3].to_string(),
-            Node::Parameter(index) => format!("q{index}"),
-            Node::Apply(op, _) => named(op.name(), node.operands(), &numbers),
+        let _ = match node {
+            Node::Constant(bits) => write!(text, "{:?}", f64::from_bits(bits)),
+            Node::Coordinate(axis) => write!(text, "{}", ["x", "y", "z"][usize::from(axis) % 3]),
+            Node::Parameter(index) => write!(text, "q{index}"),
+            Node::Apply(op, _) => write!(text, "{}", op.name()),
         };
-        // Writing to a string cannot fail.
-        let _ = writeln!(lines, "n{number} = {what}");
+        push_numbers(&mut text, node.operands(), &numbers);
     }
-    lines.push_str(&named("output", roots, &numbers));
-    lines.push('\n');
-    lines
+    text.push_str("output");
+    push_numbers(&mut text, roots, &numbers);
+    text
 }
 
-/// A word and numbered nodes.
-fn named(word: &str, nodes: &[NodeId], numbers: &FxHashMap<NodeId, usize>) -> String {
-    let mut words = word.to_string();
+/// Ends a line with numbered nodes.
+fn push_numbers(text: &mut String, nodes: &[NodeId], numbers: &[usize]) {
     for id in nodes {
-        // Writing to a string cannot fail.
-        let _ = write!(words, " n{}", numbers[id]);
+        let _ = write!(text, " n{}", numbers[id.index()]);
     }
-    words
+    text.push('\n');
 }
 
 /// The nodes that the roots are made of, operands first and from the left: depth-first, with the
 /// way back on a stack of its own.
 fn evaluation_order(graph: &Graph, roots: &[NodeId]) -> Vec<NodeId> {
     let mut order = Vec::new();
-    // How many operands of a node have been asked for.
-    let mut asked: FxHashMap<NodeId, usize> = FxHashMap::default();
-    let mut path: Vec<NodeId> = Vec::new();
+    let mut entered = vec![false; graph.len()];
+    // The nodes on the way down, and how many of their operands have been entered.
+    let mut path: Vec<(NodeId, usize)> = Vec::new();
     for &root in roots {
-        let mut next = (!asked.contains_key(&root)).then_some(root);
-        loop {
-            if let Some(id) = next.take() {
-                asked.insert(id, 0);
-                path.push(id);
-            }
-            let Some(&id) = path.last() else {
-                break;
-            };
-            let node = graph.node(id);
-            let place = asked.entry(id).or_default();
-            match node.operands().get(*place) {
-                Some(operand) => {
-                    *place += 1;
-                    next = (!asked.contains_key(operand)).then_some(*operand);
+        if !std::mem::replace(&mut entered[root.index()], true) {
+            path.push((root, 0));
+        }
+        while let Some((id, place)) = path.pop() {
+            match graph.node(id).operands().get(place) {
+                Some(&operand) => {
+                    path.push((id, place + 1));
+                    if !std::mem::replace(&mut entered[operand.index()], true) {
+                        path.push((operand, 0));
+                    }
                 }
-                None => {
-                    order.push(id);
-                    path.pop();
-                }
+                None => order.push(id),
             }
         }
     }

@@ -238,3 +238,6 @@ fn exact_reciprocal(c: f64) -> Option<f64> {
     let is_exact = is_power_of_two(c) && reciprocal.is_finite();
     is_exact.then_some(reciprocal)
 }
+
+#[cfg(test)]
+mod tests;

@@ -66,13 +66,26 @@ impl Interval {
             .intersection(half_turn())
     }
 
-    /// The angle in (−π, π] of the points (x, y), y being `self`. It jumps across the negative x
-    /// axis, which belongs to the upper side; the origin has no angle.
+    /// The angle in (−π, π] of the points (x, y), y being `self`; 0 at the origin. It jumps
+    /// across the negative x axis, which belongs to the upper side.
     pub fn atan2(self, x: Interval) -> Interval {
+        if self.is_empty() || x.is_empty() {
+            return Interval::EMPTY;
+        }
+        let angles = self.angles_around_origin(x);
+        match self.contains(0.0) && x.contains(0.0) {
+            true => angles.hull(Interval {
+                low: 0.0,
+                high: 0.0,
+            }),
+            false => angles,
+        }
+    }
+
+    /// The angles of the points of a box other than the origin.
+    fn angles_around_origin(self, x: Interval) -> Interval {
         let y = self;
-        if y.is_empty() || x.is_empty() {
-            Interval::EMPTY
-        } else if y.low >= 0.0 {
+        if y.low >= 0.0 {
             upper_angles(y, x)
         } else if x.low < 0.0 && y.high >= 0.0 {
             Interval {

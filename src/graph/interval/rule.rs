@@ -69,15 +69,12 @@ pub(in crate::graph) fn power(operands: &[Enclosure]) -> Enclosure {
     within(is_defined, operands, a.power(b))
 }
 
-/// The angle of a point: undefined at the origin, and with a cut along the negative x axis.
+/// The angle of a point: it jumps at the origin and along the negative x axis.
 pub(in crate::graph) fn atan2(operands: &[Enclosure]) -> Enclosure {
     let [y, x] = [operands[0].range, operands[1].range];
-    let range = y.atan2(x);
-    if y.contains(0.0) && x.contains(0.0) {
-        return within(false, operands, range);
-    }
+    let has_origin = y.contains(0.0) && x.contains(0.0);
     let is_cut = x.low < 0.0 && y.low < 0.0 && y.high >= 0.0;
-    jumping(!is_cut, operands, range)
+    jumping(!has_origin && !is_cut, operands, y.atan2(x))
 }
 
 /// a mod b: jumps where a/b is an integer.

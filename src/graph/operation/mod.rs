@@ -175,3 +175,6 @@ impl Op {
         matches!(self, Op::Less | Op::LessEqual | Op::Equal | Op::IsNumber)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -107,7 +107,7 @@ operations! {
     /// The power a^n, n a constant integer with |n| ≤ 1024, by repeated multiplication.
     IntegerPower {
         name: "integer_power",
-        value: Value::Two(value::integer_power),
+        value: Value::Two(value::power),
         interval: rule::power,
         derivative: Derivative::Partials(&[partial::integer_power, partial::power_exponent]),
         code: MachineCode::Lower(lower::integer_power),
@@ -197,7 +197,7 @@ operations! {
     /// The angle in [−π, π] of the point (b, a) as seen from the origin.
     Atan2 {
         name: "atan2",
-        value: Value::Two(core_math::atan2),
+        value: Value::Two(value::atan2),
         interval: rule::atan2,
         derivative: Derivative::Partials(&[partial::atan2_first, partial::atan2_second]),
         code: MachineCode::Host,

@@ -126,6 +126,13 @@ pub(super) fn hypot(a: f64, b: f64) -> f64 {
     }
 }
 
+/// The angle of the point (b, a), correctly rounded; 0 at the origin. Unlike the C function it
+/// takes −0 for 0, so that it is one function of real numbers: a bound of its values on a box is
+/// a bound whatever the signs of zeros.
+pub(super) fn atan2(a: f64, b: f64) -> f64 {
+    core_math::atan2(a + 0.0, b + 0.0)
+}
+
 /// 1 for true, 0 for false.
 pub(super) fn truth(holds: bool) -> f64 {
     if holds { 1.0 } else { 0.0 }
