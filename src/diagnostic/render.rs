@@ -1,6 +1,6 @@
 //! Diagnostics as text for a terminal, drawn by ariadne.
 //!
-//! ariadne sees excerpts only (see [`excerpt`](super::excerpt)), so that neither a long line nor a
+//! ariadne sees excerpts only (see `excerpt`), so that neither a long line nor a
 //! large file is printed or even looked through, and since the columns of an excerpt are not those
 //! of the file, the headings `file:line:column` are written here.
 

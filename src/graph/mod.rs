@@ -2,9 +2,9 @@
 //!
 //! One hash-consed, immutable, topologically ordered list of nodes over coordinates x and
 //! parameters q. [`operation`] is the one table of operations; `build`, `simplify` and `traverse`
-//! make the [`Graph`], simplify it exactly and walk over it; [`derive`] differentiates by source
+//! make the [`Graph`], simplify it exactly and walk over it; [`mod@derive`] differentiates by source
 //! transformation; [`interval`] is the arithmetic of guaranteed enclosures that the table's
-//! interval rules are written in; [`print`] shows a graph as text.
+//! interval rules are written in; [`mod@print`] shows a graph as text.
 
 mod build;
 pub mod derive;

@@ -2,7 +2,7 @@
 //!
 //! Data goes to standard output, everything else to standard error. Commands return an exit
 //! code: 0 well, 1 the script is wrong or an assertion failed, 2 usage, 3 input or output, 4 no
-//! surface found. There is no algorithm here: a command opens a file ([`workspace`]), asks the
+//! surface found. There is no algorithm here: a command opens a file (`workspace`), asks the
 //! language for values, and shows them.
 
 mod arguments;

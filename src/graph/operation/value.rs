@@ -2,7 +2,7 @@
 //!
 //! They fix what an operation means on numbers, to the last bit: constant folding, the reference
 //! interpreter and host calls from machine code use these functions, and a lowering
-//! ([`super::lower`]) must reproduce them exactly. NaN in any operand gives NaN, except where a
+//! (`lower`) must reproduce them exactly. NaN in any operand gives NaN, except where a
 //! comparison, `select` or `chain_product` says otherwise.
 
 /// The largest magnitude of an exponent that is taken by repeated multiplication.
