@@ -6,8 +6,8 @@ use super::{Graph, Node, NodeId};
 /// What an expression depends on.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Support {
-    /// Whether x, y, z occur.
-    pub coordinates: [bool; 3],
+    /// The coordinates that occur, by their axes, ascending.
+    pub coordinates: Vec<u8>,
     /// The parameters that occur, ascending.
     pub parameters: Vec<u32>,
 }
@@ -42,11 +42,12 @@ impl Graph {
         let mut support = Support::default();
         for id in self.reachable(roots) {
             match self.node(id) {
-                Node::Coordinate(axis) => support.coordinates[axis as usize] = true,
+                Node::Coordinate(axis) => support.coordinates.push(axis),
                 Node::Parameter(index) => support.parameters.push(index),
                 Node::Constant(_) | Node::Apply(..) => {}
             }
         }
+        support.coordinates.sort_unstable();
         support.parameters.sort_unstable();
         support
     }

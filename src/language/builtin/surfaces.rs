@@ -94,7 +94,21 @@ fn field_argument(
             let parameters = function.parameter_count();
             let (dimension, as_point) = match (parameters, dimension_hint) {
                 (2 | 3, _) => (parameters, false),
-                (_, hint) => (hint.unwrap_or(3), true),
+                (_, Some(1)) => (1, false),
+                (_, Some(dimension)) => (dimension, true),
+                (_, None) => {
+                    let mut error = arguments.bad(
+                        "f",
+                        "a function of one argument does not tell in how many dimensions it lives"
+                            .into(),
+                    );
+                    error.help = Some(
+                        "give one interval for each axis, as in `bounds = [-1..1, -1..1]`, or \
+                         write a `field`"
+                            .into(),
+                    );
+                    return Err(error);
+                }
             };
             session.function_as_field(&function, dimension, as_point, arguments.place("f"))
         }
@@ -119,9 +133,8 @@ fn compiled_argument(
         }
         None => field.domain(),
     };
-    let q = session.parameters.values().to_vec();
     let compiled = field
-        .compiled(&mut session.graph, &q)
+        .compiled(&mut session.graph, session.parameters.values())
         .at(arguments.place("f"), "this field")?;
     Ok((compiled, bounds))
 }
@@ -392,9 +405,8 @@ fn thin(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 return Err(failure(Code::MissingArgument, message).at(arguments.span, "here"));
             }
             let field = field_argument(session, arguments, Some(set.samples.dimension))?;
-            let q = session.parameters.values().to_vec();
             let compiled = field
-                .compiled(&mut session.graph, &q)
+                .compiled(&mut session.graph, session.parameters.values())
                 .at(arguments.place("f"), "this field")?;
             sample::thin(&set.samples, delta, sample::Keep::Barycenter(&compiled))
         }
