@@ -215,6 +215,10 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure.help = Some(
                 match (below, above, undefined) {
                     (0, 0, _) => "the field is not a number anywhere in the box",
+                    (_, 0, 1..) => {
+                        "the field is negative (inside) wherever it is a number: it ends where it \
+                     is no longer defined"
+                    }
                     (0, _, _) => {
                         "the field is positive (outside) everywhere: enlarge the box, or use \
                          smaller cells for what is thin"
@@ -284,13 +288,11 @@ fn warn_about_mesh(
             help,
         );
     }
-    if statistics.poor_roots > 0 {
+    let jumps = statistics.poor_roots - statistics.domain_ends;
+    if jumps > 0 {
         warn(
             Code::PoorRoots,
-            format!(
-                "{} changes of sign are jumps or poles rather than zeros of the field",
-                statistics.poor_roots
-            ),
+            format!("{jumps} changes of sign are jumps or poles rather than zeros of the field"),
             "a pole such as 1/x changes its sign without a zero",
         );
     }

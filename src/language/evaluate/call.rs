@@ -35,7 +35,7 @@ impl Session {
         let function = match &*callee.kind {
             ExpressionKind::Property { subject, name } => {
                 let value = self.usable(subject, scope)?;
-                match product::property(&value, &name.text) {
+                match self.property(&value, name)? {
                     Some(property) => property,
                     None => {
                         let function = self.method(&value, name, scope)?;

@@ -83,7 +83,10 @@ impl Session {
             ExpressionKind::Index { subject, index } => self.index(subject, index, scope),
             ExpressionKind::Property { subject, name } => {
                 let value = self.usable(subject, scope)?;
-                self.property(&value, name)
+                match self.property(&value, name)? {
+                    Some(found) => Ok(found),
+                    None => Err(product::unknown_property(&value, name)),
+                }
             }
             ExpressionKind::Lambda(function) => {
                 Ok(Value::Function(FunctionValue::Closure(Rc::new(Closure {
@@ -228,7 +231,7 @@ impl Session {
             return self.connective(operator == BinaryOperator::And, left, right, scope);
         }
         let operands = [self.usable(left, scope)?, self.usable(right, scope)?];
-        let operands = self.settle(operands, [left.span, right.span])?;
+        let operands = self.settle(operands, [left.span, right.span], false)?;
         let graph = &mut self.graph;
         let result = match operator {
             BinaryOperator::Add => arithmetic::apply(graph, Op::Add, &operands),
@@ -300,7 +303,9 @@ impl Session {
         let mut all: Option<Value> = None;
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
-            let [left_operand, right] = self.settle([left, right], [span, operand.span])?;
+            let lists = [&left, &right].map(|value| matches!(value, Value::List(_)));
+            let [left_operand, right] =
+                self.settle([left, right], [span, operand.span], lists.contains(&true))?;
             left = left_operand;
             let holds = arithmetic::compare(&mut self.graph, *operator, &left, &right)
                 .at(span, "this comparison")?;
@@ -577,29 +582,29 @@ impl Session {
         result
     }
 
-    /// `value.name`
-    fn property(&mut self, value: &Value, name: &Name) -> Outcome<Value> {
-        if let Some(found) = product::property(value, &name.text) {
-            return Ok(found);
-        }
-        if let Value::Field(field) = value
-            && matches!(field.body(), Value::List(_))
-        {
-            return field::lift(
-                &mut self.graph,
-                std::slice::from_ref(value),
-                &mut |_, bodies| {
+    /// A property of a value; those of a vector field's vectors are fields.
+    pub(super) fn property(&mut self, value: &Value, name: &Name) -> Outcome<Option<Value>> {
+        match value {
+            Value::Field(field) if product::property(field.body(), &name.text).is_some() => {
+                let operands = std::slice::from_ref(value);
+                field::lift(&mut self.graph, operands, &mut |_, bodies| {
                     product::property(&bodies[0], &name.text)
                         .ok_or_else(|| product::unknown_property(&bodies[0], name))
-                },
-            );
+                })
+                .map(Some)
+            }
+            other => Ok(product::property(other, &name.text)),
         }
-        Err(product::unknown_property(value, name))
     }
 
-    /// In a script, where operands meet whose operation needs plain numbers (intervals, lists to
-    /// compare), parameters are taken at their present values.
-    fn settle(&mut self, operands: [Value; 2], spans: [Span; 2]) -> Outcome<[Value; 2]> {
+    /// In a script, where operands meet whose operation needs plain numbers (intervals, or lists
+    /// that are `compared`), parameters are taken at their present values.
+    fn settle(
+        &mut self,
+        operands: [Value; 2],
+        spans: [Span; 2],
+        compared: bool,
+    ) -> Outcome<[Value; 2]> {
         let needs_plain = |value: &Value| match value {
             Value::Interval(_) => true,
             Value::List(elements) => elements
@@ -607,7 +612,7 @@ impl Session {
                 .any(|element| matches!(element, Value::Interval(_))),
             _ => false,
         };
-        if self.graph.level > 0 || !operands.iter().any(needs_plain) {
+        if self.graph.level > 0 || !(compared || operands.iter().any(needs_plain)) {
             return Ok(operands);
         }
         let [left, right] = operands;
