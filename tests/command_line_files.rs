@@ -141,7 +141,7 @@ fn a_format_that_cannot_hold_the_result_is_refused_before_the_work() {
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
     write("disc.imp", "field disc(p in R2) over -2..2 = norm(p) - 1\n");
     write("line.imp", "field line(x) over -2..2 = x^2 - 1\n");
-    // The work would end with E0605 or E0606, since the limits are too low for it.
+    // The work would end with exit code 1, since the limits are too low for it.
     let low = ["--limit", "cells=1", "--limit", "particles=1"];
     for words in [
         ["mesh", "disc.imp", "-o", "a.stl"],
