@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::diagnostic::{Code, Span, suggest};
-use crate::graph::{Interval, Op};
+use crate::graph::Op;
 use crate::language::arithmetic::{self, not_a_condition};
 use crate::language::field;
 use crate::language::function::{At, Closure, FunctionValue};
@@ -12,15 +12,12 @@ use crate::language::list::List;
 use crate::language::parameters;
 use crate::language::product;
 use crate::language::scope::{Binding, Scope};
-use crate::language::session::{Branch, BranchKind, Session};
+use crate::language::session::Session;
 use crate::language::show;
-use crate::language::value::{Condition, Outcome, Value, failure};
+use crate::language::value::{Outcome, Value, failure};
 use crate::syntax::tree::{
-    BinaryOperator, Clause, ComparisonOperator, Expression, ExpressionKind, Name, TextPart,
-    UnaryOperator,
+    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Name, TextPart, UnaryOperator,
 };
-
-use super::statement::element_place;
 
 /// Stack that an expression's evaluation may need before the next look at what is left, and what
 /// is added when it runs short: deep recursion grows the stack instead of ending the process.
@@ -158,52 +155,6 @@ impl Session {
         Ok(Value::text(text))
     }
 
-    /// Appends the elements of a comprehension; false where one of its lists is unknown.
-    fn comprehension(
-        &mut self,
-        element: &Expression,
-        clauses: &[Clause],
-        scope: &Rc<Scope>,
-        elements: &mut Vec<Value>,
-    ) -> Outcome<bool> {
-        let Some((clause, rest)) = clauses.split_first() else {
-            if elements.len() as u64 >= self.limits.elements {
-                return exceeded(
-                    Code::LengthLimit,
-                    "the list is too long",
-                    "elements",
-                    self.limits.elements,
-                )
-                .at(element.span, "one element more");
-            }
-            elements.push(self.usable(element, scope)?);
-            return Ok(true);
-        };
-        match clause {
-            Clause::For { pattern, iterable } => {
-                let Some(list) = self.elements(iterable, scope)? else {
-                    let inner = Scope::inside(scope);
-                    self.bind(pattern, Value::Unknown, iterable.span, &inner)?;
-                    self.comprehension(element, rest, &inner, elements)?;
-                    return Ok(false);
-                };
-                let mut known = true;
-                for value in list.iter() {
-                    self.step(iterable.span)?;
-                    let inner = Scope::inside(scope);
-                    self.bind(pattern, value.clone(), iterable.span, &inner)?;
-                    known &= self.comprehension(element, rest, &inner, elements)?;
-                }
-                Ok(known)
-            }
-            Clause::If(condition) => match self.plain_condition(condition, scope)? {
-                Some(true) => self.comprehension(element, rest, scope, elements),
-                Some(false) => Ok(true),
-                None => Ok(false),
-            },
-        }
-    }
-
     fn unary(
         &mut self,
         operator: UnaryOperator,
@@ -319,77 +270,6 @@ impl Session {
         Ok(all.unwrap_or(Value::Bool(true)))
     }
 
-    fn interval(
-        &mut self,
-        low: &Expression,
-        high: &Expression,
-        span: Span,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let (Some(low), Some(high)) = (self.number(low, scope)?, self.number(high, scope)?) else {
-            return Ok(Value::Unknown);
-        };
-        if low <= high {
-            return Ok(Value::Interval(Interval::new(low, high)));
-        }
-        Err(failure(
-            Code::BadValue,
-            format!("the interval {low}..{high} has no members"),
-        )
-        .at(span, "the lower end comes first"))
-    }
-
-    fn steps(
-        &mut self,
-        interval: &Expression,
-        step: &Expression,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let ends = match self.usable(interval, scope)? {
-            Value::Interval(ends) => ends,
-            Value::Unknown => return Ok(Value::Unknown),
-            other => {
-                return Err(failure(
-                    Code::WrongKind,
-                    format!("`by` follows an interval, but this is {}", other.kind()),
-                )
-                .at(interval.span, other.kind()));
-            }
-        };
-        let Some(distance) = self.number(step, scope)? else {
-            return Ok(Value::Unknown);
-        };
-        let length = ends.high - ends.low;
-        if !(distance > 0.0 && distance.is_finite() && length.is_finite()) {
-            return Err(failure(
-                Code::BadValue,
-                "a step must be greater than 0 and finite, and so must be the way",
-            )
-            .at(step.span, "this step"));
-        }
-        // A step that divides the interval up to rounding reaches its upper end.
-        let count = (length / distance * (1.0 + 1e-12)).floor();
-        if count >= self.limits.elements as f64 {
-            return exceeded(
-                Code::LengthLimit,
-                "the list is too long",
-                "elements",
-                self.limits.elements,
-            )
-            .at(step.span, "this step is too small");
-        }
-        let scale = decimal_scale(ends.low, distance);
-        let element = |index: f64| match scale {
-            Some(scale) => {
-                ((ends.low * scale).round() + index * (distance * scale).round()) / scale
-            }
-            None => ends.low + index * distance,
-        };
-        Ok(Value::numbers(
-            (0..=count as u64).map(|index| element(index as f64).min(ends.high)),
-        ))
-    }
-
     fn with(
         &mut self,
         subject: &Expression,
@@ -455,131 +335,6 @@ impl Session {
             )
             .at(subject.span, other.kind())),
         }
-    }
-
-    fn index(
-        &mut self,
-        subject: &Expression,
-        index: &Expression,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let value = self.usable(subject, scope)?;
-        let Some(place) = self.whole_number(index, scope)? else {
-            return Ok(Value::Unknown);
-        };
-        match value {
-            Value::Unknown => Ok(Value::Unknown),
-            Value::List(elements) => {
-                let place =
-                    element_place(place, elements.len()).at(index.span, "outside the list")?;
-                Ok(elements[place].clone())
-            }
-            Value::Field(ref field) if matches!(field.body(), Value::List(_)) => {
-                let pick = |body: &Value| match body {
-                    Value::List(components) => {
-                        let place = element_place(place, components.len())?;
-                        Ok(components[place].clone())
-                    }
-                    scalar => Ok(scalar.clone()),
-                };
-                field::lift(&mut self.graph, &[value], &mut |_, bodies| pick(&bodies[0]))
-                    .at(index.span, "outside the components")
-            }
-            other => Err(failure(
-                Code::WrongKind,
-                format!("only lists have elements, but this is {}", other.kind()),
-            )
-            .at(subject.span, other.kind())),
-        }
-    }
-
-    fn choice(
-        &mut self,
-        condition: &Expression,
-        consequence: &Expression,
-        alternative: Option<&Expression>,
-        span: Span,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let decided = match self.usable(condition, scope)? {
-            Value::Bool(holds) => holds,
-            Value::Unknown => return self.unknown_choice(consequence, alternative, scope),
-            Value::Condition(open) => {
-                // Where a script's branches do more than give a value, only one may be run.
-                let acts = |branch: &Expression| matches!(&*branch.kind, ExpressionKind::Block(_));
-                let decidable = self.graph.level == 0;
-                let plain = decidable && (acts(consequence) || alternative.is_none_or(acts));
-                if !plain {
-                    let chosen = self.open_choice(open, consequence, alternative, span, scope);
-                    match chosen {
-                        Err(error) if decidable && error.code == Code::WrongKind => {}
-                        chosen => return chosen,
-                    }
-                }
-                match self.plain(Value::Condition(open), condition.span)? {
-                    Value::Bool(holds) => holds,
-                    other => return Err(not_a_condition(&other).at(condition.span, "here")),
-                }
-            }
-            other => return Err(not_a_condition(&other).at(condition.span, other.kind())),
-        };
-        match (decided, alternative) {
-            (true, _) => self.expression(consequence, scope),
-            (false, Some(alternative)) => self.expression(alternative, scope),
-            (false, None) => Ok(Value::Nothing),
-        }
-    }
-
-    /// Both branches under a condition that depends on the point or on parameters, joined by a
-    /// select.
-    fn open_choice(
-        &mut self,
-        condition: Condition,
-        consequence: &Expression,
-        alternative: Option<&Expression>,
-        span: Span,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let Some(alternative) = alternative else {
-            let message = "this `if` has no `else`, so it may have no value";
-            return Err(failure(Code::WrongKind, message).at(span, "without an `else`"));
-        };
-        let (first, second) = self.branch(BranchKind::Traced, |session| {
-            let first = session.usable(consequence, scope)?;
-            Ok((first, session.usable(alternative, scope)?))
-        })?;
-        arithmetic::select(&mut self.graph, condition, &first, &second)
-            .at(span, "both branches are needed")
-    }
-
-    /// Both branches under an unknown condition: nothing is known afterwards but that they can
-    /// be evaluated.
-    pub(super) fn unknown_choice(
-        &mut self,
-        consequence: &Expression,
-        alternative: Option<&Expression>,
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        self.branch(BranchKind::Unknown, |session| {
-            session.expression(consequence, scope)?;
-            if let Some(alternative) = alternative {
-                session.expression(alternative, scope)?;
-            }
-            Ok(Value::Unknown)
-        })
-    }
-
-    /// Evaluates a part of the program of which it is open whether it is meant.
-    pub(super) fn branch<T>(
-        &mut self,
-        kind: BranchKind,
-        evaluate: impl FnOnce(&mut Session) -> Outcome<T>,
-    ) -> Outcome<T> {
-        let since = Scope::now();
-        let outer = self.branch.replace(Branch { since, kind });
-        let result = evaluate(self);
-        self.branch = outer;
-        result
     }
 
     /// A property of a value; those of a vector field's vectors are fields.
@@ -678,21 +433,4 @@ fn within(operator: BinaryOperator, operands: &[Value; 2], value: Value) -> Valu
         }
         other => other,
     }
-}
-
-/// The power of ten that makes whole numbers of both, if they are short decimals: then their
-/// sums, made of whole numbers, are decimals too, and 0.3..0.9 by 0.2 passes through 0.7 and not
-/// through 0.7000000000000001.
-fn decimal_scale(low: f64, step: f64) -> Option<f64> {
-    let fits = |number: f64, scale: f64| {
-        let whole = (number * scale).round();
-        whole.abs() < 1e15 && whole / scale == number
-    };
-    (0..=12)
-        .map(|digits| {
-            [
-                1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12,
-            ][digits]
-        })
-        .find(|&scale| fits(low, scale) && fits(step, scale))
 }

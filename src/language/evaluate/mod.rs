@@ -4,7 +4,9 @@
 //! coordinates and parameters, which leaves its graph; a script's statements run with numbers.
 
 mod call;
+mod choice;
 mod concrete;
 mod define;
 mod expression;
+mod sequence;
 mod statement;
