@@ -1,8 +1,8 @@
 //! The functions that the language brings along.
 //!
 //! Each is one entry of a table: name, parameters, documentation, and a function that checks
-//! its arguments and calls the room that does the work. Nothing is computed here. The elementary
-//! functions come straight from the table of operations.
+//! its arguments and calls the room that does the work. The elementary functions come straight from
+//! the table of operations; other mathematics is composed of them.
 
 mod arguments;
 mod calculus;
