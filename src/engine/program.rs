@@ -4,17 +4,23 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
+use super::block::Kernels;
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
 use crate::graph::interval::{self, Interval};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
-/// What executes kernels. Both give the same bits.
+/// What executes kernels.
+///
+/// All give the same bits, elementary functions aside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
     /// Machine code made by Cranelift.
     MachineCode,
+    /// Blocks of points, one operation after the other, by kernels for this instruction set or,
+    /// where the processor lacks it, a narrower one.
+    Block(Kernels),
     /// The reference interpreter; ten to forty times slower, on every platform.
     Interpreter,
 }
@@ -115,6 +121,20 @@ impl Program {
     pub fn evaluate_batch(&self, points: &[&[f64]], q: &[f64], outputs: &mut [&mut [f64]]) {
         let kernel = self.values();
         kernel.run(points, &kernel.uniforms(q), outputs);
+    }
+
+    /// The same in single precision, for pictures and classification: always in blocks, faster
+    /// and with half the memory. What depends on q alone is computed in f64 and rounded; then
+    /// every operation rounds to f32. Of a graph with millions of values alive at a time nothing
+    /// is computed, and false is returned.
+    pub fn evaluate_batch_f32(
+        &self,
+        points: &[&[f32]],
+        q: &[f64],
+        outputs: &mut [&mut [f32]],
+    ) -> bool {
+        let kernel = self.values();
+        kernel.run_f32(points, &kernel.uniforms(q), outputs)
     }
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:

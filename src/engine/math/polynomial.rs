@@ -23,7 +23,8 @@ pub(super) fn in_two_parts<T: Float, const N: usize>(x: T, coefficients: [T; N])
 pub(super) fn in_four_parts<T: Float, const N: usize>(x: T, coefficients: [T; N]) -> T {
     let square = x * x;
     let fourth = square * square;
-    let parts: [T; 4] = std::array::from_fn(|index| strided::<T, N, 4>(fourth, index, coefficients));
+    let parts: [T; 4] =
+        std::array::from_fn(|index| strided::<T, N, 4>(fourth, index, coefficients));
     let low = parts[1].mul_add(x, parts[0]);
     let high = parts[3].mul_add(x, parts[2]);
     high.mul_add(square, low)
