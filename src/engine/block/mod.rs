@@ -4,18 +4,22 @@
 //! faster than machine code for many points, because its vectors are as wide as the processor's.
 //! [`table`] is the list of kernels with their formulas, written for any [`number::Number`];
 //! [`execute`] walks over tape and blocks; [`dispatch`] compiles both for several instruction sets
-//! and holds the tier's only `unsafe`, the calls into those.
+//! and holds the tier's only `unsafe`, the calls into those. [`bounds`] makes enclosures a number
+//! of tapes, and [`enclose`] runs them over boxes.
 //!
 //! On f64 the results are those of the interpreter, to the last bit, whatever the instruction set
 //! and the length of a batch. On f32 every operation rounds to f32.
 
+mod bounds;
 mod dispatch;
+mod enclose;
 mod execute;
 mod number;
 mod table;
 
 use super::tape::Tape;
 pub use dispatch::Kernels;
+pub(super) use enclose::Enclosures;
 use execute::Columns;
 use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind};
