@@ -154,8 +154,8 @@ impl Program {
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
     /// and `outputs` one per root. As many boxes are taken as the shortest column has; 64 at a
-    /// time cost little more than one by [`Program::enclose`], whose ranges these hold: sums,
-    /// products, quotients and roots are up to one unit in the last place wider on each side.
+    /// time cost little more than one by [`Program::enclose`]. Sums, products, quotients and roots
+    /// are up to one unit in the last place wider on each side than there.
     pub fn enclose_batch(
         &self,
         sides: &[&[Interval]],

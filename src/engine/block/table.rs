@@ -5,8 +5,8 @@
 //! bits are the same. A kernel has one instruction per shape, which says whether an operand is
 //! lanes or a scalar, the same number for all points.
 
-use super::execute::Sources;
-use super::number::{LANES, Number};
+use super::execute::{self, Sources};
+use super::number::Number;
 use crate::engine::tape::Instruction;
 use crate::graph::Op;
 
@@ -26,6 +26,19 @@ macro_rules! kind {
     };
     (scalar) => {
         Kind::Scalar
+    };
+}
+
+/// Applies a formula to every lane.
+macro_rules! each_lane {
+    ($out:expr, $a:ident, $formula:expr) => {
+        execute::of_one($out, $a, |$a| $formula)
+    };
+    ($out:expr, $a:ident $b:ident, $formula:expr) => {
+        execute::of_two($out, $a, $b, |$a, $b| $formula)
+    };
+    ($out:expr, $a:ident $b:ident $c:ident, $formula:expr) => {
+        execute::of_three($out, $a, $b, $c, |$a, $b, $c| $formula)
     };
 }
 
@@ -96,23 +109,17 @@ macro_rules! kernels {
                     $(let $argument = sources.$sort(instruction.$argument);)+
                     for (block, out) in out.iter_mut().enumerate() {
                         $(let $argument = $argument.block(block);)+
-                        for lane in 0..LANES {
-                            $(let $argument = $argument.lane(lane);)+
-                            N::set(out, lane, $rule);
-                        }
+                        each_lane!(out, $($argument)+, $rule);
                     }
                 })+)+
                 $($(Code::$code => {
                     $(let $operand = sources.$kind(instruction.$operand);)+
                     for (block, out) in out.iter_mut().enumerate() {
                         $(let $operand = $operand.block(block);)+
-                        for lane in 0..LANES {
-                            $(let $operand = $operand.lane(lane);)+
-                            N::set(out, lane, $formula);
-                        }
+                        each_lane!(out, $($operand)+, $formula);
                     }
                 })+)+
-                Code::Splat => out.fill(sources.scalar(instruction.a).block(0).lane(0).splat()),
+                Code::Splat => out.fill(sources.scalar(instruction.a).0.splat()),
                 $(Code::$one => {
                     let a = sources.lanes(instruction.a);
                     for (block, out) in out.iter_mut().enumerate() {
