@@ -16,7 +16,7 @@ pub(super) struct Kernel {
 
 /// What executes the steps.
 enum Executor {
-    MachineCode(MachineCode),
+    MachineCode(Box<MachineCode>),
     Block(Kernels),
     Interpreter,
 }
@@ -32,9 +32,10 @@ impl Kernel {
     ) -> Kernel {
         let lowered = lower::lower(graph, roots, dimension, parameters);
         let executor = match backend {
-            Backend::MachineCode => {
-                jit::compile(&lowered).map_or(Executor::Interpreter, Executor::MachineCode)
-            }
+            Backend::MachineCode => match jit::compile(&lowered) {
+                Ok(code) => Executor::MachineCode(Box::new(code)),
+                Err(_) => Executor::Interpreter,
+            },
             Backend::Block(kernels) => Executor::Block(kernels.or_narrower()),
             Backend::Interpreter => Executor::Interpreter,
         };

@@ -115,21 +115,35 @@ fn greatest(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
-/// From four candidates, which are `zero` where `is_zero`, the interval that holds all. Exact
+/// From four candidates and whether each is exactly 0, the interval that holds all. Exact
 /// zeros must not be moved and underflowed ones must: 0 at the lower end and −0 at the upper one
 /// stand for exact zeros, and order puts the others before them.
 #[inline(always)]
-fn around(candidates: [f64; 4], is_zero: [bool; 4]) -> (f64, f64) {
-    let chosen = |zero: f64| {
-        let [p, q, r, s]: [f64; 4] =
-            std::array::from_fn(|i| if is_zero[i] { zero } else { candidates[i] });
-        (p, q, r, s)
-    };
-    let (p, q, r, s) = chosen(0.0);
-    let low = p.smaller(q).smaller(r.smaller(s));
-    let (p, q, r, s) = chosen(-0.0);
-    let high = p.larger(q).larger(r.larger(s));
+fn around(candidates: [(f64, bool); 4]) -> (f64, f64) {
+    let [p, q, r, s] = candidates;
+    let low = or(p, 0.0).smaller(or(q, 0.0));
+    let low = low.smaller(or(r, 0.0).smaller(or(s, 0.0)));
+    let high = or(p, -0.0).larger(or(q, -0.0));
+    let high = high.larger(or(r, -0.0).larger(or(s, -0.0)));
     (down(low), up(high))
+}
+
+/// The number, or this zero where it is an exact one.
+#[inline(always)]
+fn or((number, is_zero): (f64, bool), zero: f64) -> f64 {
+    if is_zero { zero } else { number }
+}
+
+/// A product, and whether it is exactly 0.
+#[inline(always)]
+fn product(a: f64, b: f64) -> (f64, bool) {
+    (a * b, (a == 0.0) | (b == 0.0))
+}
+
+/// A quotient, and whether it is exactly 0 or as close to it as one likes.
+#[inline(always)]
+fn quotient(a: f64, b: f64) -> (f64, bool) {
+    (a / b, (a == 0.0) | (b.abs() == f64::INFINITY))
 }
 
 impl Bounds {
@@ -233,14 +247,12 @@ impl Number for Bounds {
     #[inline(always)]
     fn multiply(self, other: Bounds) -> Bounds {
         let (a, b) = (self, other);
-        let pairs = [
-            (a.low, b.low),
-            (a.low, b.high),
-            (a.high, b.low),
-            (a.high, b.high),
-        ];
-        let is_zero = pairs.map(|(a, b)| (a == 0.0) | (b == 0.0));
-        let (low, high) = around(pairs.map(|(a, b)| a * b), is_zero);
+        let (low, high) = around([
+            product(a.low, b.low),
+            product(a.low, b.high),
+            product(a.high, b.low),
+            product(a.high, b.high),
+        ]);
         Bounds::smooth(low, high, a, b).empty_where(a.is_empty() | b.is_empty())
     }
 
@@ -250,14 +262,12 @@ impl Number for Bounds {
         // A divisor that ends at 0 comes close to it from one side.
         let first = if b.low == 0.0 { 0.0 } else { b.low };
         let last = if b.high == 0.0 { -0.0 } else { b.high };
-        let pairs = [
-            (a.low, first),
-            (a.low, last),
-            (a.high, first),
-            (a.high, last),
-        ];
-        let is_zero = pairs.map(|(a, b)| (a == 0.0) | (b.abs() == f64::INFINITY));
-        let (low, high) = around(pairs.map(|(a, b)| a / b), is_zero);
+        let (low, high) = around([
+            quotient(a.low, first),
+            quotient(a.low, last),
+            quotient(a.high, first),
+            quotient(a.high, last),
+        ]);
         let is_zero = (a.low == 0.0) & (a.high == 0.0);
         let is_entire = (b.low < 0.0) & (b.high > 0.0) & !is_zero;
         let low = if is_entire { f64::NEG_INFINITY } else { low };

@@ -5,7 +5,7 @@
 //! lanes. All functions are inlined into those of [`super::dispatch`], which choose the processor
 //! features that they are compiled for.
 
-use super::number::{LANES, Number};
+use super::number::Number;
 use super::table;
 use crate::engine::tape::{Place, Source, Tape};
 
@@ -138,19 +138,14 @@ impl<'a, N: Number> Lanes<'a, N> {
     }
 }
 
-/// What a formula takes a lane's number from.
-pub(super) trait Operand<N>: Copy {
-    /// The number in one lane.
-    fn lane(self, lane: usize) -> N;
-}
-
 /// A block of an operand.
 #[derive(Clone, Copy)]
 pub(super) struct Block<'a, N: Number>(pub(super) &'a N::Block);
 
-impl<N: Number> Operand<N> for Block<'_, N> {
+impl<N: Number> Block<'_, N> {
+    /// The number in one lane.
     #[inline(always)]
-    fn lane(self, lane: usize) -> N {
+    pub(super) fn lane(self, lane: usize) -> N {
         N::get(self.0, lane)
     }
 }
@@ -165,47 +160,10 @@ impl<N: Number> Scalar<N> {
     pub(super) fn block(self, _: usize) -> Scalar<N> {
         self
     }
-}
 
-impl<N: Number> Operand<N> for Scalar<N> {
+    /// The number.
     #[inline(always)]
-    fn lane(self, _: usize) -> N {
+    pub(super) fn lane(self, _: usize) -> N {
         self.0
-    }
-}
-
-/// A formula of one operand on every lane of a block. (That `out` and the operand are arguments
-/// tells the compiler that they do not overlap; likewise below.)
-#[inline(always)]
-pub(super) fn of_one<N: Number>(out: &mut N::Block, a: impl Operand<N>, formula: impl Fn(N) -> N) {
-    for lane in 0..LANES {
-        N::set(out, lane, formula(a.lane(lane)));
-    }
-}
-
-/// A formula of two operands on every lane of a block.
-#[inline(always)]
-pub(super) fn of_two<N: Number>(
-    out: &mut N::Block,
-    a: impl Operand<N>,
-    b: impl Operand<N>,
-    formula: impl Fn(N, N) -> N,
-) {
-    for lane in 0..LANES {
-        N::set(out, lane, formula(a.lane(lane), b.lane(lane)));
-    }
-}
-
-/// A formula of three operands on every lane of a block.
-#[inline(always)]
-pub(super) fn of_three<N: Number>(
-    out: &mut N::Block,
-    a: impl Operand<N>,
-    b: impl Operand<N>,
-    c: impl Operand<N>,
-    formula: impl Fn(N, N, N) -> N,
-) {
-    for lane in 0..LANES {
-        N::set(out, lane, formula(a.lane(lane), b.lane(lane), c.lane(lane)));
     }
 }

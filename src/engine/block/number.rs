@@ -242,7 +242,14 @@ macro_rules! floating_point {
                 match op {
                     Op::Hypot => slice::hypot(out, a, b),
                     // −0 counts as 0, as in the table's value rule.
-                    Op::Atan2 => slice::atan2(out, &a.map(|y| y + 0.0), &b.map(|x| x + 0.0)),
+                    Op::Atan2 => {
+                        let (mut y, mut x) = (*a, *b);
+                        for lane in 0..LANES {
+                            y[lane] += 0.0;
+                            x[lane] += 0.0;
+                        }
+                        slice::atan2(out, &y, &x);
+                    }
                     Op::Power => {
                         slice::pow(out, a, b);
                         // Integer exponents are taken by repeated multiplication.

@@ -5,8 +5,8 @@
 //! bits are the same. A kernel has one instruction per shape, which says whether an operand is
 //! lanes or a scalar, the same number for all points.
 
-use super::execute::{self, Sources};
-use super::number::Number;
+use super::execute::{Block, Scalar, Sources};
+use super::number::{LANES, Number};
 use crate::engine::tape::Instruction;
 use crate::graph::Op;
 
@@ -29,16 +29,13 @@ macro_rules! kind {
     };
 }
 
-/// Applies a formula to every lane.
-macro_rules! each_lane {
-    ($out:expr, $a:ident, $formula:expr) => {
-        execute::of_one($out, $a, |$a| $formula)
+/// The type of an operand's block.
+macro_rules! block {
+    (lanes) => {
+        Block<'_, N>
     };
-    ($out:expr, $a:ident $b:ident, $formula:expr) => {
-        execute::of_two($out, $a, $b, |$a, $b| $formula)
-    };
-    ($out:expr, $a:ident $b:ident $c:ident, $formula:expr) => {
-        execute::of_three($out, $a, $b, $c, |$a, $b, $c| $formula)
+    (scalar) => {
+        Scalar<N>
     };
 }
 
@@ -97,6 +94,33 @@ macro_rules! kernels {
             }
         }
 
+        /// The loop of every instruction over the lanes of a block. These are functions because
+        /// arguments, so the compiler may assume, do not overlap; and no closures, because those
+        /// it may leave as calls.
+        #[allow(non_snake_case)]
+        mod loops {
+            use super::{Block, LANES, Number, Scalar};
+
+            $($(
+                #[inline(always)]
+                pub(super) fn $variant<N: Number>(out: &mut N::Block, $($argument: block!($sort)),+) {
+                    for lane in 0..LANES {
+                        $(let $argument = $argument.lane(lane);)+
+                        N::set(out, lane, $rule);
+                    }
+                }
+            )+)+
+            $($(
+                #[inline(always)]
+                pub(super) fn $code<N: Number>(out: &mut N::Block, $($operand: block!($kind)),+) {
+                    for lane in 0..LANES {
+                        $(let $operand = $operand.lane(lane);)+
+                        N::set(out, lane, $formula);
+                    }
+                }
+            )+)+
+        }
+
         /// Executes one instruction on as many blocks as `out` has.
         #[inline(always)]
         pub(super) fn execute<N: Number>(
@@ -109,14 +133,14 @@ macro_rules! kernels {
                     $(let $argument = sources.$sort(instruction.$argument);)+
                     for (block, out) in out.iter_mut().enumerate() {
                         $(let $argument = $argument.block(block);)+
-                        each_lane!(out, $($argument)+, $rule);
+                        loops::$variant::<N>(out, $($argument),+);
                     }
                 })+)+
                 $($(Code::$code => {
                     $(let $operand = sources.$kind(instruction.$operand);)+
                     for (block, out) in out.iter_mut().enumerate() {
                         $(let $operand = $operand.block(block);)+
-                        each_lane!(out, $($operand)+, $formula);
+                        loops::$code::<N>(out, $($operand),+);
                     }
                 })+)+
                 Code::Splat => out.fill(sources.scalar(instruction.a).0.splat()),
