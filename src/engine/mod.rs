@@ -17,6 +17,8 @@ mod compiled;
 
 mod kernel;
 
+pub mod math;
+
 mod lower;
 
 mod interpret;

@@ -21,7 +21,10 @@ pub struct Double<T> {
 #[inline(always)]
 pub(super) fn ordered_sum<T: Float>(a: T, b: T) -> Double<T> {
     let high = a + b;
-    Double { high, low: (a - high) + b }
+    Double {
+        high,
+        low: (a - high) + b,
+    }
 }
 
 /// a + b with its rounding error (Knuth's TwoSum).
@@ -29,14 +32,20 @@ pub(super) fn ordered_sum<T: Float>(a: T, b: T) -> Double<T> {
 pub(super) fn sum<T: Float>(a: T, b: T) -> Double<T> {
     let high = a + b;
     let b_part = high - a;
-    Double { high, low: (a - (high - b_part)) + (b - b_part) }
+    Double {
+        high,
+        low: (a - (high - b_part)) + (b - b_part),
+    }
 }
 
 /// a · b with its rounding error.
 #[inline(always)]
 pub(super) fn product<T: Float>(a: T, b: T) -> Double<T> {
     let high = a * b;
-    Double { high, low: a.mul_add(b, -high) }
+    Double {
+        high,
+        low: a.mul_add(b, -high),
+    }
 }
 
 /// a/b, rounded after a correction: to within 0.51 ulp or so, if high is high + low rounded.
@@ -62,6 +71,9 @@ impl<T: Float> Neg for Double<T> {
 
     #[inline(always)]
     fn neg(self) -> Double<T> {
-        Double { high: -self.high, low: -self.low }
+        Double {
+            high: -self.high,
+            low: -self.low,
+        }
     }
 }

@@ -33,7 +33,11 @@ pub(super) trait Binary<T: Copy> {
 /// The function of one number.
 #[inline(always)]
 pub(super) fn unary<F: Unary<T>, T: Copy>(x: T) -> T {
-    if F::is_fast(x) { F::fast(x) } else { F::exact(x) }
+    if F::is_fast(x) {
+        F::fast(x)
+    } else {
+        F::exact(x)
+    }
 }
 
 /// The function of each number, as many as both slices have. The formula runs over all lanes
@@ -57,7 +61,11 @@ pub(super) fn map<F: Unary<T>, T: Copy>(out: &mut [T], x: &[T]) {
 /// The function of two numbers.
 #[inline(always)]
 pub(super) fn binary<F: Binary<T>, T: Copy>(a: T, b: T) -> T {
-    if F::is_fast(a, b) { F::fast(a, b) } else { F::exact(a, b) }
+    if F::is_fast(a, b) {
+        F::fast(a, b)
+    } else {
+        F::exact(a, b)
+    }
 }
 
 /// The function of each pair, as many as all slices have, like [`map`].

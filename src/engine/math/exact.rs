@@ -52,12 +52,20 @@ macro_rules! correctly_rounded {
 
             fn exact_pow(x: Self, y: Self) -> Self {
                 let nan = x.is_nan() || y.is_nan();
-                if nan { Self::NAN } else { core_math::$pow(x, y) }
+                if nan {
+                    Self::NAN
+                } else {
+                    core_math::$pow(x, y)
+                }
             }
 
             fn exact_hypot(a: Self, b: Self) -> Self {
                 let nan = a.is_nan() || b.is_nan();
-                if nan { Self::NAN } else { core_math::$hypot(a, b) }
+                if nan {
+                    Self::NAN
+                } else {
+                    core_math::$hypot(a, b)
+                }
             }
         }
     };

@@ -64,7 +64,10 @@ impl Exponential for f32 {
     /// Degree 4, minimax by Remez's algorithm; error relative to eʳ 2^−28.0.
     #[inline(always)]
     fn exponential_tail(r: f32) -> f32 {
-        horner(r, [0.49999994, 0.16666521, 0.04166839, 0.00836871, 0.0013814595])
+        horner(
+            r,
+            [0.49999994, 0.16666521, 0.04166839, 0.00836871, 0.0013814595],
+        )
     }
 }
 

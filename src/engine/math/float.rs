@@ -127,7 +127,10 @@ macro_rules! float {
                 let moved = self.to_bits().wrapping_add(one - ROOT_HALF);
                 let exponent = Self::from_bits((moved >> FRACTION) | TWO_TO_FRACTION.to_bits());
                 let fraction = (moved & ((1 << FRACTION) - 1)).wrapping_add(ROOT_HALF);
-                (exponent - (TWO_TO_FRACTION + $bias), Self::from_bits(fraction))
+                (
+                    exponent - (TWO_TO_FRACTION + $bias),
+                    Self::from_bits(fraction),
+                )
             }
 
             /// Subtracting the bits from a constant negates the exponent and approximates the
@@ -141,5 +144,12 @@ macro_rules! float {
     };
 }
 
-float!(f64, u64, 6_755_399_441_055_744.0, 1023.0, 0.707_106_781_186_547_6, 0x7FDE_6200_0000_0000_u64);
+float!(
+    f64,
+    u64,
+    6_755_399_441_055_744.0,
+    1023.0,
+    0.707_106_781_186_547_6,
+    0x7FDE_6200_0000_0000_u64
+);
 float!(f32, u32, 12_582_912.0, 127.0, 0.707_106_77, 0x7EF3_1000_u32);

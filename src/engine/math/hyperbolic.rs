@@ -96,7 +96,11 @@ pub(super) fn cosh<T: Hyperbolic>(x: T) -> T {
 /// tanh x for every x.
 #[inline(always)]
 pub(super) fn tanh<T: Hyperbolic>(x: T) -> T {
-    let magnitude = if x.abs() > T::SATURATION { T::SATURATION } else { x.abs() };
+    let magnitude = if x.abs() > T::SATURATION {
+        T::SATURATION
+    } else {
+        x.abs()
+    };
     let (sine, cosine) = sine_and_cosine(magnitude);
     quotient(sine, cosine).flip_sign_by(x)
 }
@@ -114,7 +118,10 @@ fn sine_and_cosine<T: Hyperbolic>(x: T) -> (Double<T>, Double<T>) {
     let b = ordered_sum(rising, falling);
     let k = ordered_sum(rising, -falling);
     let tails = (sine_tail, cosine_tail);
-    (combination(k, b, r.high, tails), combination(b, k, r.high, tails))
+    (
+        combination(k, b, r.high, tails),
+        combination(b, k, r.high, tails),
+    )
 }
 
 /// p·cosh r + q·sinh r, where cosh r = 1 + cosine tail and sinh r = r + sine tail, added up with the

@@ -7,7 +7,7 @@
 
 use super::double::{Double, choose, ordered_sum, product};
 use super::float::Float;
-use super::polynomial::horner;
+use super::polynomial::{horner, in_two_parts};
 
 /// The constants of the inverse circular functions in one type.
 pub trait InverseTrigonometric: Float {
@@ -30,18 +30,25 @@ pub trait InverseTrigonometric: Float {
 }
 
 impl InverseTrigonometric for f64 {
-    const PI: Double<f64> = Double { high: std::f64::consts::PI, low: 1.2246467991473532e-16 };
-    const HALF_PI: Double<f64> =
-        Double { high: std::f64::consts::FRAC_PI_2, low: 6.123233995736766e-17 };
-    const QUARTER_PI: Double<f64> =
-        Double { high: std::f64::consts::FRAC_PI_4, low: 3.061616997868383e-17 };
+    const PI: Double<f64> = Double {
+        high: std::f64::consts::PI,
+        low: 1.2246467991473532e-16,
+    };
+    const HALF_PI: Double<f64> = Double {
+        high: std::f64::consts::FRAC_PI_2,
+        low: 6.123233995736766e-17,
+    };
+    const QUARTER_PI: Double<f64> = Double {
+        high: std::f64::consts::FRAC_PI_4,
+        low: 3.061616997868383e-17,
+    };
     const LARGE: Self = 1.2676506002282294e30;
     const QUOTIENT_SAFE: (f64, f64) = (1e-280, 1e280);
 
     /// Degree 12, minimax by Remez's algorithm; error relative to asin 2^−58.9.
     #[inline(always)]
     fn arcsine_tail(z: f64) -> f64 {
-        horner(
+        in_two_parts(
             z,
             [
                 0.1666666666666676,
@@ -64,7 +71,7 @@ impl InverseTrigonometric for f64 {
     /// Degree 11, minimax by Remez's algorithm; error relative to atan 2^−57.6.
     #[inline(always)]
     fn arctangent_tail(z: f64) -> f64 {
-        horner(
+        in_two_parts(
             z,
             [
                 -0.3333333333333298,
@@ -85,16 +92,28 @@ impl InverseTrigonometric for f64 {
 }
 
 impl InverseTrigonometric for f32 {
-    const PI: Double<f32> = Double { high: std::f32::consts::PI, low: -8.742278e-08 };
-    const HALF_PI: Double<f32> = Double { high: std::f32::consts::FRAC_PI_2, low: -4.371139e-08 };
-    const QUARTER_PI: Double<f32> = Double { high: std::f32::consts::FRAC_PI_4, low: -2.1855694e-08 };
+    const PI: Double<f32> = Double {
+        high: std::f32::consts::PI,
+        low: -8.742278e-08,
+    };
+    const HALF_PI: Double<f32> = Double {
+        high: std::f32::consts::FRAC_PI_2,
+        low: -4.371139e-08,
+    };
+    const QUARTER_PI: Double<f32> = Double {
+        high: std::f32::consts::FRAC_PI_4,
+        low: -2.1855694e-08,
+    };
     const LARGE: Self = 1.1529215e18;
     const QUOTIENT_SAFE: (f32, f32) = (1e-30, 1e30);
 
     /// Degree 4, minimax by Remez's algorithm; error relative to asin 2^−27.4.
     #[inline(always)]
     fn arcsine_tail(z: f32) -> f32 {
-        horner(z, [0.16666752, 0.07495298, 0.045470346, 0.024179664, 0.04216606])
+        horner(
+            z,
+            [0.16666752, 0.07495298, 0.045470346, 0.024179664, 0.04216606],
+        )
     }
 
     /// Degree 5, minimax by Remez's algorithm; error relative to atan 2^−27.8.
@@ -102,7 +121,14 @@ impl InverseTrigonometric for f32 {
     fn arctangent_tail(z: f32) -> f32 {
         horner(
             z,
-            [-0.33333328, 0.19999489, -0.14272077, 0.10940977, -0.07984045, 0.038723025],
+            [
+                -0.33333328,
+                0.19999489,
+                -0.14272077,
+                0.10940977,
+                -0.07984045,
+                0.038723025,
+            ],
         )
     }
 }
@@ -122,7 +148,10 @@ pub(super) fn asin<T: InverseTrigonometric>(x: T) -> T {
 pub(super) fn acos<T: InverseTrigonometric>(x: T) -> T {
     let (steep, s, tail) = arcsine_parts(x.abs());
     // The result is base − angle: π/2 − asin x, or 0 + 2 asin √…, or π − 2 asin √….
-    let zero = Double { high: T::ZERO, low: T::ZERO };
+    let zero = Double {
+        high: T::ZERO,
+        low: T::ZERO,
+    };
     let end = choose(x < T::ZERO, T::PI, zero);
     let base = choose(steep, end, T::HALF_PI);
     let angle = if steep { -(s + s) } else { s }.flip_sign_by(x);
@@ -147,7 +176,11 @@ fn arcsine_parts<T: InverseTrigonometric>(x: T) -> (bool, T, T) {
 /// atan x for every x.
 #[inline(always)]
 pub(super) fn atan<T: InverseTrigonometric>(x: T) -> T {
-    let magnitude = if x.abs() > T::LARGE { T::LARGE } else { x.abs() };
+    let magnitude = if x.abs() > T::LARGE {
+        T::LARGE
+    } else {
+        x.abs()
+    };
     let steep = magnitude > T::ONE;
     let smaller = if steep { T::ONE } else { magnitude };
     let larger = if steep { magnitude } else { T::ONE };
@@ -198,7 +231,11 @@ fn angle_in_half_plane<T: InverseTrigonometric>(
     // The result is eighths · π/4 ± (t + tail).
     let eighths = if diagonal { T::ONE } else { T::ZERO };
     let eighths = if steep { T::TWO - eighths } else { eighths };
-    let eighths = if left { T::TWO + T::TWO - eighths } else { eighths };
+    let eighths = if left {
+        T::TWO + T::TWO - eighths
+    } else {
+        eighths
+    };
     let backwards = steep != left;
     let angle = if backwards { -t } else { t };
     let correction = if backwards { -tail } else { tail };

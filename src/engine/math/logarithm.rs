@@ -6,7 +6,7 @@
 
 use super::double::{Double, ordered_sum, product};
 use super::float::Float;
-use super::polynomial::in_four_parts;
+use super::polynomial::{in_four_parts, in_two_parts};
 
 /// The constants of ln x in one type.
 pub trait Logarithm: Float {
@@ -69,9 +69,19 @@ impl Logarithm for f32 {
     /// Degree 8, minimax by Remez's algorithm; error relative to ln(1 + f) 2^−28.2.
     #[inline(always)]
     fn logarithm_tail(f: f32) -> f32 {
-        in_four_parts(
+        in_two_parts(
             f,
-            [0.66666627, -0.5000002, 0.40004236, -0.33335984, 0.2843915, -0.2481132, 0.23776162, -0.23350461, 0.13492627],
+            [
+                0.66666627,
+                -0.5000002,
+                0.40004236,
+                -0.33335984,
+                0.2843915,
+                -0.2481132,
+                0.23776162,
+                -0.23350461,
+                0.13492627,
+            ],
         )
     }
 }
@@ -82,7 +92,11 @@ pub(super) fn log<T: Logarithm>(x: T) -> T {
     let subnormal = x < T::SMALLEST_NORMAL;
     let scaled = if subnormal { x * T::SUBNORMAL_SCALE } else { x };
     let (exponent, m) = scaled.exponent_and_significand();
-    let e = if subnormal { exponent - T::SUBNORMAL_EXPONENT } else { exponent };
+    let e = if subnormal {
+        exponent - T::SUBNORMAL_EXPONENT
+    } else {
+        exponent
+    };
     let f = m - T::ONE;
     let half_square = product(f * T::HALF, f);
     let leading = ordered_sum(f, -half_square.high);

@@ -29,8 +29,10 @@ pub trait Power: Exponential + Logarithm {
 }
 
 impl Power for f64 {
-    const TWO_THIRDS: Double<f64> =
-        Double { high: 0.6666666666666666, low: 3.700743415417188e-17 };
+    const TWO_THIRDS: Double<f64> = Double {
+        high: 0.6666666666666666,
+        low: 3.700743415417188e-17,
+    };
     const LARGEST_EXPONENT: Self = 1.2676506002282294e30;
     const LARGEST_ODD_EXPONENT: Self = 1_125_899_906_842_624.0;
     const SQUARE_SAFE: (f64, f64) = (1e-130, 1e150);
@@ -55,7 +57,10 @@ impl Power for f64 {
 }
 
 impl Power for f32 {
-    const TWO_THIRDS: Double<f32> = Double { high: 0.6666667, low: -1.9868216e-08 };
+    const TWO_THIRDS: Double<f32> = Double {
+        high: 0.6666667,
+        low: -1.9868216e-08,
+    };
     const LARGEST_EXPONENT: Self = 1_099_511_627_776.0;
     const LARGEST_ODD_EXPONENT: Self = 2_097_152.0;
     const SQUARE_SAFE: (f32, f32) = (1e-15, 1e18);
@@ -79,7 +84,11 @@ pub(super) fn is_ordinary_power<T: Power>(x: T, y: T) -> bool {
 #[inline(always)]
 pub(super) fn pow<T: Power>(x: T, y: T) -> T {
     let logarithm = log_in_two_parts(x.abs());
-    let exponent = if y > T::LARGEST_EXPONENT { T::LARGEST_EXPONENT } else { y };
+    let exponent = if y > T::LARGEST_EXPONENT {
+        T::LARGEST_EXPONENT
+    } else {
+        y
+    };
     let least = -T::LARGEST_EXPONENT;
     let exponent = if exponent < least { least } else { exponent };
     let Double { high, low } = product(exponent, logarithm.high);
@@ -89,7 +98,11 @@ pub(super) fn pow<T: Power>(x: T, y: T) -> T {
     let magnitude = exp_of_sum(high, if inside { low } else { T::ZERO });
     let rounded = y + T::ROUNDER;
     let integer = rounded - T::ROUNDER == y;
-    let signed = if rounded.is_odd_sum() { -magnitude } else { magnitude };
+    let signed = if rounded.is_odd_sum() {
+        -magnitude
+    } else {
+        magnitude
+    };
     let of_negative = if integer { signed } else { T::NAN };
     if x < T::ZERO { of_negative } else { magnitude }
 }
@@ -104,7 +117,10 @@ fn log_in_two_parts<T: Power>(x: T) -> Double<T> {
     let reciprocal = T::ONE / denominator.high;
     let s = f * reciprocal;
     let remainder = (-s).mul_add(denominator.low, (-s).mul_add(denominator.high, f));
-    let s = Double { high: s, low: remainder * reciprocal };
+    let s = Double {
+        high: s,
+        low: remainder * reciprocal,
+    };
     // z = s², c = 2/3 + z·T(z), v = z·c, w = s·v.
     let z = product(s.high, s.high);
     let z_low = (s.high + s.high).mul_add(s.low, z.low);
@@ -127,7 +143,10 @@ fn log_in_two_parts<T: Power>(x: T) -> Double<T> {
 #[inline(always)]
 fn fused_sum<T: Float>(a: T, b: T, c: Double<T>) -> Double<T> {
     let high = a.mul_add(b, c.high);
-    Double { high, low: a.mul_add(b, c.high - high) + c.low }
+    Double {
+        high,
+        low: a.mul_add(b, c.high - high) + c.low,
+    }
 }
 
 /// Whether [`hypot`] is good for these operands.

@@ -40,7 +40,10 @@ impl Trigonometric for f64 {
         let first = (-n).mul_add(std::f64::consts::FRAC_PI_2, x);
         let high = (-n).mul_add(SECOND, first);
         let error = (-n).mul_add(SECOND, first - high);
-        Double { high, low: (-n).mul_add(THIRD, error) }
+        Double {
+            high,
+            low: (-n).mul_add(THIRD, error),
+        }
     }
 
     /// Degree 5 on z ≤ (π/4)², minimax by Remez's algorithm; error relative to sin 2^−56.4.
@@ -89,7 +92,10 @@ impl Trigonometric for f32 {
         let first = (-n).mul_add(std::f32::consts::FRAC_PI_2, x);
         let second = product(-n, SECOND);
         let Double { high, low } = sum(first, second.high);
-        Double { high, low: (-n).mul_add(THIRD, low + second.low) }
+        Double {
+            high,
+            low: (-n).mul_add(THIRD, low + second.low),
+        }
     }
 
     /// Degree 2 on z ≤ 0.84², because n is one off where rounding |x|·2/π moves it that far;
@@ -160,6 +166,15 @@ fn sine_and_cosine<T: Trigonometric>(x: T, turns: T) -> (Double<T>, Double<T>) {
     let squares = z.low.mul_add(-T::HALF, tail);
     let cosine_low = (-r.high).mul_add(r.low, squares);
     let sine_low = (r.high * z.high).mul_add(T::sine_tail(z.high), r.low * cosine.high);
-    let sine = Double { high: r.high, low: sine_low };
-    (sine, Double { high: cosine.high, low: cosine_low })
+    let sine = Double {
+        high: r.high,
+        low: sine_low,
+    };
+    (
+        sine,
+        Double {
+            high: cosine.high,
+            low: cosine_low,
+        },
+    )
 }
