@@ -81,7 +81,7 @@ const QUARTER_TURNS: &[f64] = &[
     21.5 * FRAC_PI_2,
     32.0 * PI,
     12_345.0 * FRAC_PI_2,
-    1.647e6,
+    1_048_576.0,
     2.0e6,
     1e22,
 ];
@@ -95,21 +95,21 @@ pub(super) const UNARY: &[Unary] = &[
         (-30.0, 30.0),
         (-1.7e6, 1.7e6),
         QUARTER_TURNS,
-        (0.8, 0.87)
+        (0.8, 0.75)
     ),
     unary!(
         cos,
         (-30.0, 30.0),
         (-1.7e6, 1.7e6),
         QUARTER_TURNS,
-        (0.8, 0.87)
+        (0.8, 0.75)
     ),
     unary!(
         tan,
         (-30.0, 30.0),
         (-1.7e6, 1.7e6),
         QUARTER_TURNS,
-        (0.9, 0.95)
+        (0.9, 0.85)
     ),
     unary!(
         asin,
