@@ -27,7 +27,7 @@ pub trait Trigonometric: Float {
 }
 
 impl Trigonometric for f64 {
-    const LARGEST_ANGLE: Self = 1_048_576.0;
+    const LARGEST_ANGLE: Self = 1_048_576.0; // 2²⁰
     const TWO_OVER_PI: Self = std::f64::consts::FRAC_2_PI;
 
     /// π/2 in 53, 33 and 53 bits. The first difference is exact by cancellation, because both
