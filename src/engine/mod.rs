@@ -23,6 +23,8 @@ mod compiled;
 
 mod kernel;
 
+pub mod math;
+
 mod lower;
 
 mod interpret;

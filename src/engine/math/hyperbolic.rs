@@ -75,10 +75,10 @@ impl Hyperbolic for f32 {
     }
 }
 
-/// Whether [`sinh`] and [`cosh`] are good for x; so they are where the result is NaN.
+/// Whether [`sinh`] and [`cosh`] are good for x.
 #[inline(always)]
 pub(super) fn is_moderate<T: Hyperbolic>(x: T) -> bool {
-    !(x.abs() > T::LARGEST_HYPERBOLIC)
+    x.abs() <= T::LARGEST_HYPERBOLIC
 }
 
 /// sinh x for moderate x.

@@ -7,7 +7,7 @@
 
 use super::double::{Double, choose, ordered_sum, product};
 use super::float::Float;
-use super::polynomial::horner;
+use super::polynomial::{horner, in_two_parts};
 
 /// The constants of the inverse circular functions in one type.
 pub trait InverseTrigonometric: Float {
@@ -42,13 +42,13 @@ impl InverseTrigonometric for f64 {
         high: std::f64::consts::FRAC_PI_4,
         low: 3.061616997868383e-17,
     };
-    const LARGE: Self = 1.2676506002282294e30;
+    const LARGE: Self = 1.2676506002282294e30; // 2¹⁰⁰
     const QUOTIENT_SAFE: (f64, f64) = (1e-280, 1e280);
 
     /// Degree 12, minimax by Remez's algorithm; error relative to asin 2^−58.9.
     #[inline(always)]
     fn arcsine_tail(z: f64) -> f64 {
-        horner(
+        in_two_parts(
             z,
             [
                 0.1666666666666676,
@@ -71,7 +71,7 @@ impl InverseTrigonometric for f64 {
     /// Degree 11, minimax by Remez's algorithm; error relative to atan 2^−57.6.
     #[inline(always)]
     fn arctangent_tail(z: f64) -> f64 {
-        horner(
+        in_two_parts(
             z,
             [
                 -0.3333333333333298,
@@ -104,7 +104,7 @@ impl InverseTrigonometric for f32 {
         high: std::f32::consts::FRAC_PI_4,
         low: -2.1855694e-08,
     };
-    const LARGE: Self = 1.1529215e18;
+    const LARGE: Self = 1.1529215e18; // 2⁶⁰
     const QUOTIENT_SAFE: (f32, f32) = (1e-30, 1e30);
 
     /// Degree 4, minimax by Remez's algorithm; error relative to asin 2^−27.4.

@@ -6,7 +6,7 @@
 
 use super::double::{Double, ordered_sum, product};
 use super::float::Float;
-use super::polynomial::in_four_parts;
+use super::polynomial::{in_four_parts, in_two_parts};
 
 /// The constants of ln x in one type.
 pub trait Logarithm: Float {
@@ -26,7 +26,7 @@ pub trait Logarithm: Float {
 impl Logarithm for f64 {
     const LN2_SHORT: Self = 0.6931471805598903;
     const LN2_REST: Self = 5.497923018708371e-14;
-    const SUBNORMAL_SCALE: Self = 18_014_398_509_481_984.0;
+    const SUBNORMAL_SCALE: Self = 18_014_398_509_481_984.0; // 2⁵⁴
     const SUBNORMAL_EXPONENT: Self = 54.0;
 
     /// Degree 19, minimax by Remez's algorithm; error relative to ln(1 + f) 2^−57.9.
@@ -63,13 +63,13 @@ impl Logarithm for f64 {
 impl Logarithm for f32 {
     const LN2_SHORT: Self = 0.693_145_75;
     const LN2_REST: Self = 1.428_606_8e-6;
-    const SUBNORMAL_SCALE: Self = 33_554_432.0;
+    const SUBNORMAL_SCALE: Self = 33_554_432.0; // 2²⁵
     const SUBNORMAL_EXPONENT: Self = 25.0;
 
     /// Degree 8, minimax by Remez's algorithm; error relative to ln(1 + f) 2^−28.2.
     #[inline(always)]
     fn logarithm_tail(f: f32) -> f32 {
-        in_four_parts(
+        in_two_parts(
             f,
             [
                 0.66666627,

@@ -24,6 +24,8 @@ mod logarithm;
 mod polynomial;
 mod power;
 pub mod slice;
+#[cfg(test)]
+mod tests;
 mod trigonometric;
 
 pub use functions::{

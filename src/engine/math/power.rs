@@ -33,8 +33,8 @@ impl Power for f64 {
         high: 0.6666666666666666,
         low: 3.700743415417188e-17,
     };
-    const LARGEST_EXPONENT: Self = 1.2676506002282294e30;
-    const LARGEST_ODD_EXPONENT: Self = 1_125_899_906_842_624.0;
+    const LARGEST_EXPONENT: Self = 1.2676506002282294e30; // 2¹⁰⁰
+    const LARGEST_ODD_EXPONENT: Self = 1_125_899_906_842_624.0; // 2⁵⁰
     const SQUARE_SAFE: (f64, f64) = (1e-130, 1e150);
 
     /// Degree 7, minimax by Remez's algorithm; error relative to the logarithm 2^−66.4.
@@ -61,8 +61,8 @@ impl Power for f32 {
         high: 0.6666667,
         low: -1.9868216e-08,
     };
-    const LARGEST_EXPONENT: Self = 1_099_511_627_776.0;
-    const LARGEST_ODD_EXPONENT: Self = 2_097_152.0;
+    const LARGEST_EXPONENT: Self = 1_099_511_627_776.0; // 2⁴⁰
+    const LARGEST_ODD_EXPONENT: Self = 2_097_152.0; // 2²¹
     const SQUARE_SAFE: (f32, f32) = (1e-15, 1e18);
 
     /// Degree 3, minimax by Remez's algorithm; error relative to the logarithm 2^−38.6.
