@@ -233,8 +233,28 @@ fn undefined_regions_count_as_outside_and_are_counted() {
             .count()
     );
     assert!(found.statistics.poor_roots > 0);
+    assert_eq!(found.statistics.domain_ends, found.statistics.poor_roots);
     let expected = PI - (PI / 3.0 - 0.5 * 0.75f64.sqrt());
     assert!((area(&found) / expected - 1.0).abs() < 1e-2);
+}
+
+#[test]
+fn poles_and_jumps_alone_are_no_curve() {
+    let pole = plane(|x, _| (1.0 / x, [-1.0 / (x * x), 0.0]));
+    let jump = plane(|x, _| (if x > 0.01 { 1.0 } else { -1.0 }, [0.0; 2]));
+    for field in [&pole as &dyn Field, &jump] {
+        for (high, cap) in [(1.0, false), (1.0, true), (1.1, false), (1.1, true)] {
+            let options = Options {
+                cap,
+                ..Options::new(cube(2, -1.0, high))
+            };
+            let result = contours(field, &options, &Silent);
+            assert!(
+                matches!(result, Err(PolygonizeError::NoSurface { .. })),
+                "{result:?}"
+            );
+        }
+    }
 }
 
 #[test]

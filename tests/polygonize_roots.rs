@@ -154,6 +154,101 @@ fn poles_jumps_and_ends_of_the_domain_are_counted_and_are_no_roots() {
 }
 
 #[test]
+fn poles_at_grid_points_are_no_roots() {
+    // F at the grid point 0 is infinite or huge, of either sign.
+    let reciprocal = line(|x| (1.0 / x, -1.0 / (x * x)));
+    let negative = line(|x| (-1.0 / x, 1.0 / (x * x)));
+    let cubic = line(|x| (x.powi(-3), -3.0 * x.powi(-4)));
+    let beside = line(|x| (1.0 / (x - 1e-17), -1.0 / (x - 1e-17).powi(2)));
+    let cubic_beside = line(|x| ((x - 1e-15).powi(-3), -3.0 * (x - 1e-15).powi(-4)));
+    let fields: [&dyn Field; 5] = [&reciprocal, &negative, &cubic, &beside, &cubic_beside];
+    for (number, field) in fields.into_iter().enumerate() {
+        for (low, high) in [(-1.0, 1.0), (-1.0, 1.1)] {
+            for cells in [2, 7, 64] {
+                let result = find(field, low, high, cells);
+                assert!(
+                    matches!(result, Err(PolygonizeError::NoSurface { .. })),
+                    "field {number} with {cells} cells up to {high}: {result:?}"
+                );
+            }
+        }
+    }
+    // The tangent at the grid point π/2 is finite, 1.6e16. Its roots are found beside the pole.
+    let tangent = line(|x| (x.tan(), 1.0 + x.tan().powi(2)));
+    let pole = std::f64::consts::FRAC_PI_2;
+    let found = find(&tangent, pole - 2.0, pole + 2.0, 64).unwrap();
+    assert_eq!(found.roots.len(), 2);
+    assert!(found.roots[0].abs() < 1e-14);
+    assert!((found.roots[1] - 2.0 * pole).abs() < 1e-14);
+    assert_eq!(found.statistics.good_roots, 2);
+    assert_eq!(found.statistics.poor_roots, 1);
+    assert_eq!(found.statistics.domain_ends, 0);
+}
+
+#[test]
+fn the_end_of_the_domain_is_a_root_only_if_the_field_tends_to_the_level() {
+    // The slope of all is infinite at 0, so that |F| / |F'| tends to 0 with x.
+    let above = line(|x| (x.sqrt() - 0.5, 0.5 / x.sqrt()));
+    let rising = line(|x| (-0.5 - x.sqrt(), -0.5 / x.sqrt()));
+    let steep = line(|x| (-0.5 - 10.0 * x.sqrt(), -5.0 / x.sqrt()));
+    let tending = line(|x| (-x.sqrt(), -0.5 / x.sqrt()));
+    let boxes = [1.0, 1.1].map(|high| [2, 7, 64].map(|cells| (high, cells)));
+    for (high, cells) in boxes.into_iter().flatten() {
+        // The quotient comes within the larger tolerance long before the bracket is exhausted.
+        for tolerance in [1e-15, 1e-6] {
+            let run = |field: &dyn Field| {
+                let options = Options {
+                    cell: (high + 1.0) / f64::from(cells),
+                    tolerance,
+                    ..Options::new(cube(1, -1.0, high))
+                };
+                roots(field, &options, &Silent)
+            };
+            for field in [&rising as &dyn Field, &steep] {
+                let result = run(field);
+                assert!(
+                    matches!(result, Err(PolygonizeError::NoSurface { .. })),
+                    "{cells} cells up to {high} to {tolerance}: {result:?}"
+                );
+            }
+            let found = run(&above).unwrap();
+            assert_eq!(found.roots.len(), 1, "{:?}", found.roots);
+            assert!((found.roots[0] - 0.25).abs() < 10.0 * tolerance);
+            let statistics = found.statistics;
+            assert_eq!((statistics.poor_roots, statistics.domain_ends), (1, 1));
+            let found = run(&tending).unwrap();
+            assert_eq!(found.roots.len(), 1, "{:?}", found.roots);
+            assert!(found.roots[0].abs() < 10.0 * tolerance);
+            assert_eq!(found.statistics.poor_roots, 0);
+        }
+    }
+}
+
+#[test]
+fn the_second_of_three_roots_and_rounding_at_grid_points_are_no_poles() {
+    // The first candidate is at the falling root, 0.4, up to rounding.
+    let cubic = line(|x| {
+        let y = x - 0.4;
+        (100.0 * y * (y * y - 0.01), 100.0 * (3.0 * y * y - 0.01))
+    });
+    let found = find(&cubic, -0.6, 1.4, 1).unwrap();
+    assert_eq!(found.roots.len(), 1);
+    let distances = [0.3, 0.4, 0.5].map(|root: f64| (found.roots[0] - root).abs());
+    assert!(distances.into_iter().any(|distance| distance < 1e-14));
+    assert_eq!(found.statistics.poor_roots, 0);
+    // All grid points are roots up to rounding, so that the signs there are arbitrary.
+    let sine = line(|x| {
+        let angle = 4.0 * std::f64::consts::PI * x;
+        (angle.sin(), 4.0 * std::f64::consts::PI * angle.cos())
+    });
+    let found = find(&sine, -3.0, 5.0, 16).unwrap();
+    assert_eq!(found.statistics.poor_roots, 0);
+    for root in found.roots {
+        assert!((4.0 * root - (4.0 * root).round()).abs() < 1e-14, "{root}");
+    }
+}
+
+#[test]
 fn a_jump_at_zero_takes_no_more_bisections_than_elsewhere() {
     // Numbers are dense near 0; the search ends at their spacing on the edge, not at 0.
     let evaluations = AtomicUsize::new(0);
@@ -196,23 +291,27 @@ fn options_that_make_no_sense_are_refused() {
         change(&mut options);
         roots(&field, &options, &Silent).unwrap_err()
     };
-    for change in [
-        (|options| options.cell = 0.0) as fn(&mut Options),
-        |options| options.cell = f64::NAN,
-        |options| options.cell = -1.0,
-        |options| options.tolerance = 0.0,
-        |options| options.tolerance = f64::INFINITY,
-        |options| options.iso = f64::NAN,
-        |options| options.bounds.max.x = f64::INFINITY,
-        |options| options.bounds.max.x = -1.0,
-        |options| options.bounds.max.x = f64::NAN,
+    for (name, change) in [
+        ("cell", (|options| options.cell = 0.0) as fn(&mut Options)),
+        ("cell", |options| options.cell = f64::NAN),
+        ("cell", |options| options.cell = -1.0),
+        ("tolerance", |options| options.tolerance = 0.0),
+        ("tolerance", |options| options.tolerance = f64::INFINITY),
+        ("iso", |options| options.iso = f64::NAN),
+        ("bounds", |options| options.bounds.max.x = f64::INFINITY),
+        ("bounds", |options| options.bounds.max.x = -1.0),
+        ("bounds", |options| options.bounds.max.x = f64::NAN),
+        ("bounds", |options| options.bounds = cube(1, -1e308, 1e308)),
+        ("bounds", |options| options.bounds = cube(1, 0.0, 1e200)),
     ] {
-        let error = bad(change);
-        assert!(
-            matches!(error, PolygonizeError::BadOption { .. }),
-            "{error}"
-        );
+        match bad(change) {
+            PolygonizeError::BadOption { option, .. } => assert_eq!(option, name),
+            error => panic!("{error}"),
+        }
     }
+    let error = bad(|options| options.bounds.max.x = -3.0);
+    let expected = "bounds must have sides of positive length, not -2";
+    assert_eq!(error.to_string(), expected);
     let error = bad(|options| options.cell = 1e-300);
     assert!(
         matches!(error, PolygonizeError::TooManyCells { .. }),

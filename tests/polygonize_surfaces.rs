@@ -307,8 +307,8 @@ fn crossing_planes_become_a_manifold() {
     }
 }
 
-#[test]
-fn poles_jumps_and_undefined_regions_are_counted_and_still_closed() {
+/// A field that is a pole, a jump or undefined on the unit sphere, negative within.
+fn discontinuous_balls() -> [Box<dyn Field>; 3] {
     let pole = space(|p| {
         let below = p.length_squared() - 1.0;
         (1.0 / below, -2.0 * p / (below * below))
@@ -318,22 +318,125 @@ fn poles_jumps_and_undefined_regions_are_counted_and_still_closed() {
         let root = (1.0 - p.length_squared()).sqrt();
         (root - 2.0, -p / root)
     });
-    for field in [&pole as &dyn Field, &jump, &undefined] {
-        let found = run(field, (-1.3, 1.3), 24, false);
+    [Box::new(pole), Box::new(jump), Box::new(undefined)]
+}
+
+#[test]
+fn poles_jumps_and_undefined_regions_are_counted_and_still_closed() {
+    for (number, field) in discontinuous_balls().into_iter().enumerate() {
+        // A ball is cut out of the middle, so that there is a level set.
+        let hollow = space(|p| {
+            if p.length() < 0.75 {
+                (0.25 - p.length_squared(), -2.0 * p)
+            } else {
+                field.value_gradient(p)
+            }
+        });
+        let found = run(&hollow, (-1.3, 1.3), 24, false);
         let topology = found.mesh.topology();
         assert!(topology.watertight && topology.manifold && topology.oriented);
-        assert_eq!(topology.genus(), Some(0));
-        assert_eq!(found.statistics.poor_roots, found.mesh.positions.len());
-        assert!(
-            found
-                .mesh
-                .positions
-                .iter()
-                .all(|p| (p.length() - 1.0).abs() < 1e-6)
-        );
+        assert_eq!(topology.components, 2);
+        assert_eq!(topology.euler_characteristic(), 4);
+        let is_at =
+            |radius: f64| move |position: &&DVec3| (position.length() - radius).abs() < 1e-6;
+        let positions = &found.mesh.positions;
+        let statistics = found.statistics;
+        let poor = positions.iter().filter(is_at(1.0)).count();
+        assert_eq!(statistics.poor_roots, poor);
+        let good = positions.iter().filter(is_at(0.5)).count();
+        assert_eq!(statistics.good_roots, good);
+        assert_eq!(good + poor, positions.len());
+        let ends_domain = number == 2;
+        assert_eq!(statistics.domain_ends, if ends_domain { poor } else { 0 });
+        assert_eq!(statistics.nan_points > 0, ends_domain);
     }
-    let found = run(&undefined, (-1.3, 1.3), 24, false);
-    assert!(found.statistics.nan_points > 0);
+}
+
+#[test]
+fn poles_jumps_and_ends_of_the_domain_alone_are_no_surface() {
+    let pole = space(|p| (1.0 / p.x, DVec3::new(-1.0 / (p.x * p.x), 0.0, 0.0)));
+    let cubic = space(|p| (p.x.powi(-3), DVec3::new(-3.0 * p.x.powi(-4), 0.0, 0.0)));
+    let oblique = space(|p| {
+        let along = p.x + 0.5 * p.y - 0.25 * p.z;
+        (1.0 / along, DVec3::new(1.0, 0.5, -0.25) / -(along * along))
+    });
+    let jump = space(|p| (if p.x > 0.01 { 1.0 } else { -1.0 }, DVec3::ZERO));
+    let end = space(|p| (-0.5 - p.x.sqrt(), DVec3::new(-0.5 / p.x.sqrt(), 0.0, 0.0)));
+    let mut fields: Vec<Box<dyn Field>> = discontinuous_balls().into();
+    fields.extend([Box::new(pole) as Box<dyn Field>, Box::new(cubic)]);
+    fields.extend([
+        Box::new(oblique) as Box<dyn Field>,
+        Box::new(jump),
+        Box::new(end),
+    ]);
+    for (number, field) in fields.iter().enumerate() {
+        // With the first box a grid plane lies exactly at the pole.
+        for high in [1.0, 1.1] {
+            // Caps are no roots.
+            for cap in [false, true] {
+                let options = Options {
+                    cell: 0.125,
+                    cap,
+                    ..Options::new(cube(3, -1.0, high))
+                };
+                match surface(field.as_ref(), &options, &Silent) {
+                    Err(PolygonizeError::NoSurface { .. }) => {}
+                    Err(error) => panic!("field {number} up to {high}: {error}"),
+                    Ok(found) => panic!("field {number} up to {high}: {:?}", found.statistics),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_end_of_the_domain_bounds_the_solid() {
+    // Inside is 0 ≤ x < 1/4, an eighth of the box; F is undefined for x < 0.
+    let field = space(|p| (p.x.sqrt() - 0.5, DVec3::new(0.5 / p.x.sqrt(), 0.0, 0.0)));
+    for cells in [15, 16] {
+        let found = run(&field, (-1.0, 1.0), cells, true);
+        let topology = found.mesh.topology();
+        assert!(topology.watertight && topology.manifold && topology.oriented);
+        assert_relative(found.mesh.volume(), 1.0, 1e-6);
+        let statistics = found.statistics;
+        let points = (cells + 1) * (cells + 1);
+        assert_eq!(statistics.good_roots, points);
+        assert_eq!(statistics.poor_roots, points);
+        assert_eq!(statistics.domain_ends, points);
+        assert!(statistics.max_residual <= 1e-9 * 2.0 * 3f64.sqrt());
+    }
+}
+
+#[test]
+fn boxes_beyond_the_range_of_numbers_are_refused() {
+    let field = sphere();
+    for sides in [
+        [(-1e308, 1e308); 3],
+        [(0.0, 1e-300), (0.0, 1e300), (0.0, 1.0)],
+        [(1e307, 1.1e307), (0.0, 1.0), (0.0, 1.0)],
+    ] {
+        let bounds = imp::geometry::Bounds::from_sides(&sides).unwrap();
+        match surface(&field, &Options::new(bounds), &Silent) {
+            Err(PolygonizeError::BadOption { option, .. }) => assert_eq!(option, "bounds"),
+            other => panic!("{other:?}"),
+        }
+    }
+    // Boxes barely within the range are worked off, whatever the result.
+    for sides in [
+        [(0.0, 1e-300), (0.0, 1e150), (0.0, 1.0)],
+        [(-1e153, 1e153); 3],
+        [(-1e-200, 1e-200); 3],
+    ] {
+        let bounds = imp::geometry::Bounds::from_sides(&sides).unwrap();
+        for cap in [false, true] {
+            let options = Options {
+                cap,
+                ..Options::new(bounds)
+            };
+            let result = surface(&field, &options, &Silent);
+            assert!(!matches!(result, Err(PolygonizeError::BadOption { .. })));
+        }
+    }
 }
 
 #[test]

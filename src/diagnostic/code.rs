@@ -3,7 +3,7 @@
 macro_rules! codes {
     ($($code:ident $name:ident $title:literal,)*) => {
         /// A stable code. Its number never changes meaning; its first digits say the stage:
-        /// 01 syntax, 02 names, 03 values, 04 fields, 05 scripts, 06 limits, 07 files, 08 warnings.
+        /// 00 the command line, 01 syntax, 02 names, 03 values, 04 fields, 05 scripts, 06 limits, 07 files, 08 warnings.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub enum Code {
             $(#[doc = $title] $name,)*
@@ -27,6 +27,7 @@ macro_rules! codes {
 }
 
 codes! {
+    E0001 Usage "command line that is not understood",
     E0101 UnexpectedToken "unexpected token",
     E0102 UnclosedBracket "bracket without its partner",
     E0103 UnclosedText "string without its closing quote",
@@ -45,6 +46,7 @@ codes! {
     E0207 NotAssignable "assignment to something that is not a `var`",
     E0208 UnknownParameter "no parameter of that name",
     E0209 WhichField "no field, or several, to choose from",
+    E0210 NotAtTop "definition that belongs to the top of the file",
     E0301 WrongKind "value of the wrong kind",
     E0302 LengthsDiffer "lists of different lengths",
     E0303 IndexOutOfRange "index out of range",
@@ -80,10 +82,11 @@ codes! {
 }
 
 impl Code {
-    /// The program's exit code when this error ends it: 1 the script is wrong, 3 input or
-    /// output, 4 no surface found.
+    /// The program's exit code when this error ends it: 1 the script is wrong, 2 usage,
+    /// 3 input or output, 4 no surface found.
     pub fn exit_code(self) -> u8 {
         match self {
+            Code::Usage => 2,
             Code::CannotRead
             | Code::NotText
             | Code::CannotWrite

@@ -103,10 +103,24 @@ impl Format {
         let held = kinds.into_iter().filter(|(held, _)| *held);
         held.map(|(_, kind)| kind).collect()
     }
+
+    /// Whether the format can hold values of a kind, in the words of [`Format::holds`].
+    ///
+    /// [`FileError::WrongFormat`] if it cannot. Lets a caller refuse a file name before the work.
+    pub fn check_holds(&self, kind: &'static str) -> Result<(), FileError> {
+        if self.holds().contains(&kind) {
+            return Ok(());
+        }
+        Err(FileError::WrongFormat {
+            format: self.name,
+            value: kind,
+            suitable: list_extensions(|format| format.holds().contains(&kind)),
+        })
+    }
 }
 
 /// The extensions of the chosen formats, as in `.obj, .ply, .csv`.
-pub(super) fn list_extensions(chosen: impl Fn(&Format) -> bool) -> String {
+fn list_extensions(chosen: impl Fn(&Format) -> bool) -> String {
     let formats = FORMATS.iter().filter(|format| chosen(format));
     let extensions: Vec<String> = formats
         .flat_map(|format| format.extensions)

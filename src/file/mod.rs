@@ -27,6 +27,7 @@ use thiserror::Error;
 use crate::geometry::{Curves, Mesh, Samples};
 use format::Writer;
 pub use format::{FORMATS, Format};
+pub use write::resolve;
 
 /// Why a file was not written.
 #[derive(Debug, Error)]
@@ -52,11 +53,22 @@ pub enum FileError {
     WrongFormat {
         /// The name of the format.
         format: &'static str,
-        /// What it was to hold.
+        /// The kind of values that it was to hold.
         value: &'static str,
         /// The extensions of the formats that can.
         suitable: String,
     },
+}
+
+/// Makes a folder and those above it, unless it is there.
+pub fn create_folder(path: &Path) -> Result<(), FileError> {
+    std::fs::create_dir_all(path).map_err(|source| FileError::CannotWrite {
+        path: path.to_owned(),
+        source: io::Error::new(
+            source.kind(),
+            format!("the folder cannot be made: {source}"),
+        ),
+    })
 }
 
 fn describe_extension(extension: &str) -> String {
@@ -71,7 +83,7 @@ fn describe_extension(extension: &str) -> String {
 ///
 /// The file appears whole, or an error says why not and nothing has changed on the disk.
 pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<(), FileError> {
-    write_value(path, mesh, "a mesh", |format| format.mesh)
+    write_value(path, mesh, "meshes", |format| format.mesh)
 }
 
 /// Writes curves in the format that the extension names.
@@ -103,11 +115,7 @@ fn write_value<T>(
 ) -> Result<(), FileError> {
     let format = Format::of_path(path)?;
     let Some(write_content) = writer(format) else {
-        return Err(FileError::WrongFormat {
-            format: format.name,
-            value: kind,
-            suitable: format::list_extensions(|format| writer(format).is_some()),
-        });
+        return format.check_holds(kind);
     };
     write::write_whole(path, |output| write_content(output, value)).map_err(|source| {
         FileError::CannotWrite {
@@ -187,7 +195,7 @@ mod tests {
         }
         assert_eq!(
             message(write_mesh(Path::new("a.csv"), &mesh)),
-            "the format CSV cannot hold a mesh; .obj, .stl, .ply can"
+            "the format CSV cannot hold meshes; .obj, .stl, .ply can"
         );
         assert_eq!(
             message(write_curves(

@@ -4,25 +4,82 @@
 //! when everything has been written. A failure, a full disk for instance, removes the temporary
 //! file and leaves an older file of that name as it was.
 
+use std::ffi::OsString;
 use std::fs::{self, Metadata, Permissions};
 use std::io::{self, BufWriter, Write};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use tempfile::{Builder, NamedTempFile};
 
 /// Bytes that are gathered before they are handed to the system.
 const CAPACITY: usize = 1 << 17;
 
+/// Symbolic links that are followed in one path; more of them are a circle.
+const LINKS: usize = 40;
+
+/// Where a path really leads: the same place without symbolic links.
+///
+/// Unlike `canonicalize` this resolves what does not exist, too, and links that lead there, since
+/// that is where a new file would appear. A relative path stays relative. Fails only where links
+/// lead in a circle. The cost is one look at the disk for each name in the path.
+pub fn resolve(path: &Path) -> io::Result<PathBuf> {
+    let mut resolved = PathBuf::new();
+    // Names that are still to be followed, the next one last.
+    let mut pending = Vec::new();
+    push_reversed(&mut pending, path);
+    let mut links = 0;
+    while let Some(name) = pending.pop() {
+        match Path::new(&name).components().next() {
+            None | Some(Component::CurDir) => {}
+            Some(Component::ParentDir) => climb(&mut resolved),
+            Some(Component::Prefix(_) | Component::RootDir) => resolved.push(&name),
+            Some(Component::Normal(_)) => {
+                let candidate = resolved.join(&name);
+                // What is not a link cannot be read as one, whether it exists or not.
+                let Ok(target) = fs::read_link(&candidate) else {
+                    resolved = candidate;
+                    continue;
+                };
+                links += 1;
+                if links > LINKS {
+                    let message = "its symbolic links lead in a circle";
+                    return Err(io::Error::new(io::ErrorKind::InvalidInput, message));
+                }
+                // An absolute target begins with the root, which replaces what is resolved.
+                push_reversed(&mut pending, &target);
+            }
+        }
+    }
+    Ok(resolved)
+}
+
+fn push_reversed(pending: &mut Vec<OsString>, path: &Path) {
+    let names: Vec<OsString> = path
+        .components()
+        .map(|component| component.as_os_str().to_owned())
+        .collect();
+    pending.extend(names.into_iter().rev());
+}
+
+/// One folder up. Nothing before the `..` is a link, so that taking off a name is right.
+fn climb(resolved: &mut PathBuf) {
+    match resolved.components().next_back() {
+        None | Some(Component::ParentDir) => resolved.push(".."),
+        Some(Component::Normal(_)) => drop(resolved.pop()),
+        // Above the root is the root.
+        Some(_) => {}
+    }
+}
+
 /// Writes a file with the given content, or changes nothing on the disk and says why.
 ///
 /// An existing file keeps its permissions; a new one gets those that any program would give it.
-/// A symbolic link stays, and the file it leads to is replaced. Folders are not created.
+/// A symbolic link stays, and the file it leads to is replaced or made. Folders are not created.
 pub(super) fn write_whole(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    // A path that leads nowhere yet is a new file.
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let target = resolve(path)?;
     let existing = fs::metadata(&target).ok();
     if let Some(existing) = &existing {
         check_replaceable(existing)?;
@@ -237,5 +294,43 @@ mod tests {
         assert_eq!(fs::read(&file).unwrap(), b"new");
         let error = write_whole(Path::new("/dev/null"), |_| Ok(())).unwrap_err();
         assert_eq!(error.to_string(), "it is not an ordinary file");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_path_is_resolved_through_links_and_beyond_what_exists() {
+        use std::os::unix::fs::symlink;
+        let folder = tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        fs::create_dir_all(root.join("a/b")).unwrap();
+        symlink("a/b", root.join("relative")).unwrap();
+        symlink(root.join("none/x"), root.join("dangling")).unwrap();
+        symlink("circle", root.join("circle")).unwrap();
+        for (path, expected) in [
+            ("a/./b/../c", "a/c"),
+            // The kernel goes up from the folder that the link leads to.
+            ("relative/../c", "a/c"),
+            ("relative/new/file", "a/b/new/file"),
+            ("dangling", "none/x"),
+            ("no/such/../file", "no/file"),
+        ] {
+            let found = resolve(&root.join(path)).unwrap();
+            assert_eq!(found, root.join(expected), "{path}");
+        }
+        assert!(resolve(&root.join("circle")).is_err());
+        assert_eq!(resolve(Path::new("/../..")).unwrap(), Path::new("/"));
+        let relative = resolve(Path::new("no/such/../../../file")).unwrap();
+        assert_eq!(relative, Path::new("../file"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_that_leads_nowhere_yet_stays_and_its_file_is_made() {
+        let folder = tempdir().unwrap();
+        let link = folder.path().join("link");
+        std::os::unix::fs::symlink("file", &link).unwrap();
+        write_whole(&link, |output| output.write_all(b"new")).unwrap();
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(fs::read(folder.path().join("file")).unwrap(), b"new");
     }
 }

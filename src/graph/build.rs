@@ -52,9 +52,10 @@ impl Graph {
         }
     }
 
-    /// The coordinate of this axis: 0, 1, 2 for x, y, z.
+    /// The coordinate of this axis: 0, 1, 2 for x, y, z. Further ones, up to 255, are bound
+    /// variables of whoever builds expressions, and are replaced before these are evaluated.
     pub fn coordinate(&mut self, axis: usize) -> NodeId {
-        debug_assert!(axis < 3, "space has at most three axes");
+        debug_assert!(axis < 256, "an axis is a byte");
         self.insert(Node::Coordinate(axis as u8))
     }
 

@@ -19,7 +19,7 @@ impl NodeId {
 pub enum Node {
     /// A number, as its bits (so that −0 and 0 differ); every NaN is stored as one NaN.
     Constant(u64),
-    /// A coordinate of the point: 0, 1, 2 for x, y, z.
+    /// A coordinate of the point: 0, 1, 2 for x, y, z; further ones are bound variables.
     Coordinate(u8),
     /// A component of q, by its place in the session's list of parameters.
     Parameter(u32),

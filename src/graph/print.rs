@@ -27,7 +27,10 @@ pub fn text(graph: &Graph, roots: &[NodeId]) -> String {
         let node = graph.node(id);
         let _ = match node {
             Node::Constant(bits) => write!(text, "{:?}", f64::from_bits(bits)),
-            Node::Coordinate(axis) => write!(text, "{}", ["x", "y", "z"][usize::from(axis) % 3]),
+            Node::Coordinate(axis) => match ["x", "y", "z"].get(usize::from(axis)) {
+                Some(name) => write!(text, "{name}"),
+                None => write!(text, "x{axis}"),
+            },
             Node::Parameter(index) => write!(text, "q{index}"),
             Node::Apply(op, _) => write!(text, "{}", op.name()),
         };

@@ -2,17 +2,18 @@
 //! on intervals, traced into the graph on symbols, and computed on numbers. All by the one table
 //! of operations.
 
-use super::field::{self, FieldValue};
+use super::field;
+use super::tracer::Tracer;
 use super::value::{Condition, Outcome, Value, failure, wrong_kind};
-use crate::diagnostic::Code;
+use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::interval::Enclosure;
-use crate::graph::{Graph, Interval, NodeId, Op};
+use crate::graph::{Interval, NodeId, Op};
 use crate::syntax::tree::ComparisonOperator;
 
 /// Applies an operation of the table to values.
 ///
 /// A number, symbol or interval spreads over a list; lists must have equal lengths.
-pub fn apply(graph: &mut Graph, op: Op, operands: &[Value]) -> Outcome<Value> {
+pub fn apply(graph: &mut Tracer, op: Op, operands: &[Value]) -> Outcome<Value> {
     elementwise(graph, operands, &mut |graph, scalars| {
         apply_to_scalars(graph, op, scalars)
     })
@@ -20,9 +21,9 @@ pub fn apply(graph: &mut Graph, op: Op, operands: &[Value]) -> Outcome<Value> {
 
 /// Applies `scalar_rule` to corresponding scalars of the operands, through fields and lists.
 pub fn elementwise(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     operands: &[Value],
-    scalar_rule: &mut dyn FnMut(&mut Graph, &[Value]) -> Outcome<Value>,
+    scalar_rule: &mut dyn FnMut(&mut Tracer, &[Value]) -> Outcome<Value>,
 ) -> Outcome<Value> {
     if operands.iter().any(|value| matches!(value, Value::Unknown)) {
         return Ok(Value::Unknown);
@@ -69,7 +70,7 @@ fn common_length(operands: &[Value]) -> Outcome<Option<usize>> {
     Ok(common)
 }
 
-fn apply_to_scalars(graph: &mut Graph, op: Op, scalars: &[Value]) -> Outcome<Value> {
+fn apply_to_scalars(graph: &mut Tracer, op: Op, scalars: &[Value]) -> Outcome<Value> {
     if let Some(odd) = scalars.iter().find(|value| {
         !matches!(
             value,
@@ -131,7 +132,7 @@ pub fn interval_of(value: &Value) -> Outcome<Interval> {
 }
 
 /// A number or symbol as a node.
-pub fn node_of(graph: &mut Graph, value: &Value) -> Outcome<NodeId> {
+pub fn node_of(graph: &mut Tracer, value: &Value) -> Outcome<NodeId> {
     match value {
         Value::Number(number) => Ok(graph.constant(*number)),
         Value::Symbol(node) => Ok(*node),
@@ -148,7 +149,7 @@ pub fn number_of(value: &Value) -> Outcome<f64> {
 }
 
 /// A node as a value: constants become plain numbers again.
-pub fn value_of_node(graph: &Graph, node: NodeId) -> Value {
+pub fn value_of_node(graph: &Tracer, node: NodeId) -> Value {
     match graph.constant_value(node) {
         Some(number) => Value::Number(number),
         None => Value::Symbol(node),
@@ -157,7 +158,7 @@ pub fn value_of_node(graph: &Graph, node: NodeId) -> Value {
 
 /// `left operator right`: a bool, or a condition where symbols are involved.
 pub fn compare(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     operator: ComparisonOperator,
     left: &Value,
     right: &Value,
@@ -178,6 +179,9 @@ pub fn compare(
         }
         (Value::Symbol(_) | Value::Number(_), Value::Symbol(_) | Value::Number(_)) => {
             compare_symbols(graph, operator, left, right)
+        }
+        (Value::Interval(left), Value::Interval(right)) if matches!(operator, Equal | NotEqual) => {
+            Ok(Value::Bool((left == right) == (operator == Equal)))
         }
         (Value::Interval(_) | Value::Number(_), Value::Interval(_) | Value::Number(_)) => {
             compare_intervals(operator, interval_of(left)?, interval_of(right)?)
@@ -205,7 +209,7 @@ fn compare_numbers(operator: ComparisonOperator, left: f64, right: f64) -> bool 
 }
 
 fn compare_symbols(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     operator: ComparisonOperator,
     left: &Value,
     right: &Value,
@@ -266,6 +270,7 @@ fn plainly_equal(left: &Value, right: &Value) -> Outcome<bool> {
         (Value::Number(left), Value::Number(right)) => Ok(left == right),
         (Value::Bool(left), Value::Bool(right)) => Ok(left == right),
         (Value::Text(left), Value::Text(right)) => Ok(left == right),
+        (Value::Interval(left), Value::Interval(right)) => Ok(left == right),
         (Value::List(left), Value::List(right)) => {
             if left.len() != right.len() {
                 return Ok(false);
@@ -286,13 +291,18 @@ fn plainly_equal(left: &Value, right: &Value) -> Outcome<bool> {
 
 /// `left and right` (`conjunction`) or `left or right`, where neither is decided by the other.
 pub fn combine(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     conjunction: bool,
     left: &Value,
     right: &Value,
 ) -> Outcome<Value> {
     match (left, right) {
         (Value::Unknown, _) | (_, Value::Unknown) => Ok(Value::Unknown),
+        // A relation of fields is the field of the solid where it holds.
+        (Value::Field(_), Value::Field(_)) => {
+            let op = if conjunction { Op::Max } else { Op::Min };
+            apply(graph, op, &[left.clone(), right.clone()])
+        }
         (Value::Bool(decided), other) | (other, Value::Bool(decided)) => {
             check_condition(other)?;
             Ok(if *decided == conjunction {
@@ -324,10 +334,11 @@ pub fn combine(
 }
 
 /// `not value`.
-pub fn negate_condition(graph: &mut Graph, value: &Value) -> Outcome<Value> {
+pub fn negate_condition(graph: &mut Tracer, value: &Value) -> Outcome<Value> {
     match value {
         Value::Unknown => Ok(Value::Unknown),
         Value::Bool(value) => Ok(Value::Bool(!value)),
+        field @ Value::Field(_) => apply(graph, Op::Negate, std::slice::from_ref(field)),
         Value::Condition(condition) => {
             let one = graph.constant(1.0);
             Ok(Value::Condition(Condition {
@@ -337,22 +348,25 @@ pub fn negate_condition(graph: &mut Graph, value: &Value) -> Outcome<Value> {
                     .map(|solid| graph.apply(Op::Negate, &[solid])),
             }))
         }
-        other => Err(check_condition(other).expect_err("neither a bool nor a condition")),
+        other => Err(not_a_condition(other)),
     }
 }
 
 fn check_condition(value: &Value) -> Outcome<()> {
     match value {
-        Value::Bool(_) | Value::Condition(_) => Ok(()),
-        other => {
-            let message = format!("expected a condition, found {}", other.kind());
-            Err(failure(Code::NotACondition, message))
-        }
+        Value::Bool(_) | Value::Condition(_) | Value::Field(_) => Ok(()),
+        other => Err(not_a_condition(other)),
     }
 }
 
+/// The error for something that is neither true nor false.
+pub fn not_a_condition(value: &Value) -> Box<Diagnostic> {
+    let message = format!("expected a condition, found {}", value.kind());
+    failure(Code::NotACondition, message)
+}
+
 /// What a relation means as the body of a field: a number that is negative where it holds.
-pub fn solid_of(graph: &Graph, value: &Value) -> Outcome<Value> {
+pub fn solid_of(graph: &Tracer, value: &Value) -> Outcome<Value> {
     match value {
         Value::Condition(Condition { solid, .. }) => match solid {
             Some(node) => Ok(value_of_node(graph, *node)),
@@ -373,7 +387,7 @@ pub fn solid_of(graph: &Graph, value: &Value) -> Outcome<Value> {
 
 /// The value that is `consequence` where the condition holds and `alternative` elsewhere.
 pub fn select(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     condition: Condition,
     consequence: &Value,
     alternative: &Value,
@@ -414,7 +428,7 @@ pub fn select(
 }
 
 /// The matrix product of vectors (lists of numbers) and matrices (lists of rows).
-pub fn matrix_product(graph: &mut Graph, left: &Value, right: &Value) -> Outcome<Value> {
+pub fn matrix_product(graph: &mut Tracer, left: &Value, right: &Value) -> Outcome<Value> {
     match (left, right) {
         (Value::Unknown, _) | (_, Value::Unknown) => Ok(Value::Unknown),
         (Value::Field(_), _) | (_, Value::Field(_)) => field::lift(
@@ -453,12 +467,4 @@ pub fn matrix_product(graph: &mut Graph, left: &Value, right: &Value) -> Outcome
 
 fn is_matrix(value: &Value) -> bool {
     matches!(value, Value::List(rows) if matches!(rows.first(), Some(Value::List(_))))
-}
-
-/// The field of a value that stands for one, if it does.
-pub fn as_field(value: &Value) -> Option<&FieldValue> {
-    match value {
-        Value::Field(field) => Some(field),
-        _ => None,
-    }
 }

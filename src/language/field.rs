@@ -4,18 +4,18 @@
 //! implicit object, a list for a gradient or a curve in space. Arithmetic on fields works on the
 //! bodies; calls substitute the arguments, or evaluate the compiled body where they are plain.
 
-use std::cell::OnceCell;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::rc::Rc;
 use std::sync::Arc;
 
 use super::arithmetic::{interval_of, node_of, number_of, value_of_node};
+use super::tracer::{Tracer, first_axis};
 use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::Code;
 use crate::engine::{CompiledField, Program};
 use crate::geometry::Bounds;
-use crate::graph::{Graph, Interval, Node, NodeId, derive};
+use crate::graph::{Interval, Node, NodeId, derive};
 
 /// A field, with changes that `with` made to its parameters.
 #[derive(Clone)]
@@ -28,10 +28,11 @@ pub struct FieldValue {
 struct FieldDefinition {
     name: Option<Arc<str>>,
     dimension: usize,
+    /// The level whose coordinates the body is over: see [`Tracer::coordinates`].
+    level: usize,
     body: Value,
     domain: Option<Bounds>,
     documentation: Option<Arc<str>>,
-    program: OnceCell<Arc<Program>>,
 }
 
 impl fmt::Debug for FieldValue {
@@ -42,10 +43,16 @@ impl fmt::Debug for FieldValue {
 }
 
 impl FieldValue {
-    /// A field from its traced body. `domain` is what `over` says.
+    /// A field from its body, traced over the coordinates of `level`. `domain` is what `over`
+    /// says.
     ///
     /// Fails where the body is not made of numbers.
-    pub fn new(dimension: usize, body: Value, domain: Option<Bounds>) -> Outcome<FieldValue> {
+    pub fn new(
+        dimension: usize,
+        level: usize,
+        body: Value,
+        domain: Option<Bounds>,
+    ) -> Outcome<FieldValue> {
         if !is_numeric(&body) {
             let message = format!(
                 "the value of a field is a number, but this is {}",
@@ -57,10 +64,10 @@ impl FieldValue {
             definition: Rc::new(FieldDefinition {
                 name: None,
                 dimension,
+                level,
                 body,
                 domain,
                 documentation: None,
-                program: OnceCell::new(),
             }),
             changes: Rc::default(),
         })
@@ -72,10 +79,25 @@ impl FieldValue {
             definition: Rc::new(FieldDefinition {
                 name: Some(Arc::clone(name)),
                 dimension: self.definition.dimension,
+                level: self.definition.level,
                 body: self.definition.body.clone(),
                 domain: self.definition.domain,
                 documentation,
-                program: OnceCell::new(),
+            }),
+            changes: self.changes,
+        }
+    }
+
+    /// The same field with another domain, without a name.
+    pub fn with_domain(self, domain: Option<Bounds>) -> FieldValue {
+        FieldValue {
+            definition: Rc::new(FieldDefinition {
+                name: None,
+                dimension: self.definition.dimension,
+                level: self.definition.level,
+                body: self.definition.body.clone(),
+                domain,
+                documentation: None,
             }),
             changes: self.changes,
         }
@@ -116,57 +138,27 @@ impl FieldValue {
         }
     }
 
-    /// The field with the parameters of the session.
-    pub fn unchanged(&self) -> FieldValue {
-        FieldValue {
-            definition: Rc::clone(&self.definition),
-            changes: Rc::default(),
-        }
-    }
-
-    /// What `with` has changed: places in q and their values.
-    pub fn changes(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
-        self.changes.iter().map(|(&index, &value)| (index, value))
-    }
-
-    /// The field's body as a graph that the engine can evaluate; built once.
-    pub fn program(&self, graph: &mut Graph) -> Outcome<Arc<Program>> {
-        if let Some(program) = self.definition.program.get() {
-            return Ok(Arc::clone(program));
-        }
+    /// The field's body as a graph that the engine can evaluate.
+    pub fn program(&self, graph: &mut Tracer) -> Outcome<Arc<Program>> {
         let mut roots = Vec::new();
         flatten(graph, &self.definition.body, &mut roots)?;
-        let program = Arc::new(Program::new(graph, &roots, self.dimension()));
-        Ok(Arc::clone(self.definition.program.get_or_init(|| program)))
+        Ok(graph.program(&roots, self.dimension()))
     }
 
     /// The scalar field with its present q, for samplers and polygonizers.
     ///
     /// Fails where the body is not a scalar.
-    pub fn compiled(&self, graph: &mut Graph, q: &[f64]) -> Outcome<CompiledField> {
-        self.scalar(graph)?;
+    pub fn compiled(&self, graph: &mut Tracer, q: &[f64]) -> Outcome<CompiledField> {
+        if let Value::List(components) = &self.definition.body {
+            let message = format!(
+                "expected a field whose value is one number, but this one has {} components",
+                components.len()
+            );
+            return Err(failure(Code::NotAField, message));
+        }
         let program = self.program(graph)?;
         let q = self.present(&program, q);
         Ok(CompiledField::new(program, q))
-    }
-
-    /// The body as one node.
-    ///
-    /// Fails where the body is a list.
-    pub fn scalar(&self, graph: &mut Graph) -> Outcome<NodeId> {
-        match &self.definition.body {
-            Value::List(components) => Err(failure(
-                Code::NotAField,
-                format!(
-                    "expected a field whose value is one number, but this one has {} components",
-                    components.len()
-                ),
-            )),
-            scalar => {
-                let node = node_of(graph, scalar)?;
-                Ok(self.substitute_changes(graph, node))
-            }
-        }
     }
 
     /// The field at a point, given as one list or as coordinates.
@@ -175,20 +167,22 @@ impl FieldValue {
     /// symbols are involved, the arguments are substituted, so that derivatives see through.
     pub fn call(
         &self,
-        graph: &mut Graph,
+        graph: &mut Tracer,
         arguments: &[Value],
         q: &[f64],
         plain: bool,
     ) -> Outcome<Value> {
+        if arguments.iter().any(is_field) {
+            return lift_settled(graph, arguments, &mut |graph, bodies| {
+                self.call(graph, bodies, q, false)
+            });
+        }
         let coordinates = self.coordinates(arguments)?;
         if coordinates.iter().any(Value::is_unknown) {
             return Ok(Value::Unknown);
         }
-        if coordinates
-            .iter()
-            .any(|value| matches!(value, Value::Field(_)))
-        {
-            return lift(graph, &coordinates, &mut |graph, bodies| {
+        if coordinates.iter().any(is_field) {
+            return lift_settled(graph, &coordinates, &mut |graph, bodies| {
                 self.call(graph, bodies, q, false)
             });
         }
@@ -209,44 +203,18 @@ impl FieldValue {
             .iter()
             .map(|value| node_of(graph, value))
             .collect::<Outcome<Vec<_>>>()?;
-        self.map_body(graph, |graph, leaf| match leaf {
-            Node::Coordinate(axis) => replacements.get(axis as usize).copied(),
-            Node::Parameter(index) => self
-                .changes
-                .get(&(index as usize))
-                .map(|value| graph.constant(*value)),
-            _ => None,
-        })
+        self.substituted(graph, &replacements, true)
     }
 
-    /// The body with changed parameters written in as constants, for arithmetic on fields.
-    fn settled_body(&self, graph: &mut Graph) -> Outcome<Value> {
-        if self.changes.is_empty() {
+    /// The body over the coordinates of the present level, with changed parameters written in as
+    /// constants if asked for.
+    fn body_here(&self, graph: &mut Tracer, settle: bool) -> Outcome<Value> {
+        let here = self.definition.level == graph.level;
+        if here && (!settle || self.changes.is_empty()) {
             return Ok(self.definition.body.clone());
         }
-        self.map_body(graph, |graph, leaf| match leaf {
-            Node::Parameter(index) => self
-                .changes
-                .get(&(index as usize))
-                .map(|value| graph.constant(*value)),
-            _ => None,
-        })
-    }
-
-    fn substitute_changes(&self, graph: &mut Graph, node: NodeId) -> NodeId {
-        if self.changes.is_empty() {
-            return node;
-        }
-        let constants: BTreeMap<usize, NodeId> = self
-            .changes
-            .iter()
-            .map(|(&index, &value)| (index, graph.constant(value)))
-            .collect();
-        let substituted = graph.substitute(&[node], |leaf| match leaf {
-            Node::Parameter(index) => constants.get(&(index as usize)).copied(),
-            _ => None,
-        });
-        substituted[0]
+        let coordinates = graph.coordinates(self.dimension());
+        self.substituted(graph, &coordinates, settle)
     }
 
     fn coordinates(&self, arguments: &[Value]) -> Outcome<Vec<Value>> {
@@ -282,7 +250,7 @@ impl FieldValue {
             .collect()
     }
 
-    fn evaluate(&self, graph: &mut Graph, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
+    fn evaluate(&self, graph: &mut Tracer, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
         let point: Vec<f64> = coordinates.iter().map(number_of).collect::<Outcome<_>>()?;
         let program = self.program(graph)?;
         let mut outputs = vec![0.0; program.outputs()];
@@ -291,7 +259,7 @@ impl FieldValue {
         Ok(rebuild(&self.definition.body, &mut outputs))
     }
 
-    fn enclose(&self, graph: &mut Graph, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
+    fn enclose(&self, graph: &mut Tracer, coordinates: &[Value], q: &[f64]) -> Outcome<Value> {
         let sides: Vec<Interval> = coordinates
             .iter()
             .map(interval_of)
@@ -303,29 +271,27 @@ impl FieldValue {
         Ok(rebuild(&self.definition.body, &mut outputs))
     }
 
-    fn map_body(
+    /// The body with its coordinates replaced, and changed parameters by constants if asked for.
+    fn substituted(
         &self,
-        graph: &mut Graph,
-        replacement: impl Fn(&mut Graph, Node) -> Option<NodeId>,
+        graph: &mut Tracer,
+        coordinates: &[NodeId],
+        settle: bool,
     ) -> Outcome<Value> {
         let mut roots = Vec::new();
         flatten(graph, &self.definition.body, &mut roots)?;
-        // The replacements are made first: substitution itself borrows the graph.
-        let support = graph.support(&roots);
-        let mut replaced = BTreeMap::new();
-        for axis in 0..3u8 {
-            if let Some(node) = replacement(graph, Node::Coordinate(axis)) {
-                replaced.insert((0, u32::from(axis)), node);
-            }
-        }
-        for &index in &support.parameters {
-            if let Some(node) = replacement(graph, Node::Parameter(index)) {
-                replaced.insert((1, index), node);
-            }
-        }
+        let constants: BTreeMap<usize, NodeId> = self
+            .changes
+            .iter()
+            .filter(|_| settle)
+            .map(|(&index, &value)| (index, graph.constant(value)))
+            .collect();
+        let first = first_axis(self.definition.level);
         let roots = graph.substitute(&roots, |leaf| match leaf {
-            Node::Coordinate(axis) => replaced.get(&(0, u32::from(axis))).copied(),
-            Node::Parameter(index) => replaced.get(&(1, index)).copied(),
+            Node::Coordinate(axis) => usize::from(axis)
+                .checked_sub(first)
+                .and_then(|place| coordinates.get(place).copied()),
+            Node::Parameter(index) => constants.get(&(index as usize)).copied(),
             _ => None,
         });
         let mut values = roots.into_iter().map(|node| value_of_node(graph, node));
@@ -336,51 +302,93 @@ impl FieldValue {
 /// Applies `operation` to the bodies of the fields among the operands (other operands stay as
 /// they are) and makes a field of the result: arithmetic on fields is pointwise.
 ///
-/// The result's domain is the smallest box that holds those of the operands.
+/// The result's domain is the smallest box that holds those of the operands, if all have one.
+/// What `with` changed stays changeable where all operands agree on it; else it is written in.
 pub fn lift(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     operands: &[Value],
-    operation: &mut dyn FnMut(&mut Graph, &[Value]) -> Outcome<Value>,
+    operation: &mut dyn FnMut(&mut Tracer, &[Value]) -> Outcome<Value>,
 ) -> Outcome<Value> {
-    let mut dimension = None;
-    let mut domain: Option<Bounds> = None;
-    let mut bodies = Vec::with_capacity(operands.len());
-    for operand in operands {
-        let Value::Field(field) = operand else {
-            bodies.push(operand.clone());
-            continue;
-        };
-        match dimension {
-            Some(other) if other != field.dimension() => {
-                let message = format!(
-                    "a field in R{other} and a field in R{} in one expression",
-                    field.dimension()
-                );
-                return Err(failure(Code::WrongDimension, message));
-            }
-            _ => dimension = Some(field.dimension()),
+    let fields = operands.iter().filter_map(as_field);
+    let changes: Vec<&Rc<BTreeMap<usize, f64>>> = fields.map(|field| &field.changes).collect();
+    let agree = changes.windows(2).all(|pair| pair[0] == pair[1])
+        && !operands.iter().any(Value::is_symbolic);
+    match changes.first() {
+        Some(changes) if agree => {
+            let result = lift_bodies(graph, operands, false, operation)?;
+            Ok(match result {
+                Value::Field(field) => Value::Field(FieldValue {
+                    changes: Rc::clone(changes),
+                    ..field
+                }),
+                other => other,
+            })
         }
-        domain = match (domain, field.domain()) {
-            (Some(one), Some(other)) => Some(one.union(&other)),
-            (one, other) => one.or(other),
-        };
-        bodies.push(field.settled_body(graph)?);
+        _ => lift_settled(graph, operands, operation),
     }
-    let Some(dimension) = dimension else {
+}
+
+/// [`lift`] with what `with` changed written into the bodies, for operations that bring in
+/// parameters of their own.
+fn lift_settled(
+    graph: &mut Tracer,
+    operands: &[Value],
+    operation: &mut dyn FnMut(&mut Tracer, &[Value]) -> Outcome<Value>,
+) -> Outcome<Value> {
+    lift_bodies(graph, operands, true, operation)
+}
+
+fn lift_bodies(
+    graph: &mut Tracer,
+    operands: &[Value],
+    settle: bool,
+    operation: &mut dyn FnMut(&mut Tracer, &[Value]) -> Outcome<Value>,
+) -> Outcome<Value> {
+    let fields: Vec<&FieldValue> = operands.iter().filter_map(as_field).collect();
+    let Some((first, rest)) = fields.split_first() else {
         return operation(graph, operands);
     };
+    let dimension = first.dimension();
+    if let Some(other) = rest.iter().find(|field| field.dimension() != dimension) {
+        let message = format!(
+            "a field in R{dimension} and a field in R{} in one expression",
+            other.dimension()
+        );
+        return Err(failure(Code::WrongDimension, message));
+    }
+    let domain = rest.iter().fold(first.domain(), |domain, field| {
+        Some(domain?.union(&field.domain()?))
+    });
+    let bodies = operands
+        .iter()
+        .map(|operand| match operand {
+            Value::Field(field) => field.body_here(graph, settle),
+            other => Ok(other.clone()),
+        })
+        .collect::<Outcome<Vec<_>>>()?;
     let body = operation(graph, &bodies)?;
     if body.is_unknown() {
         return Ok(Value::Unknown);
     }
-    Ok(Value::Field(FieldValue::new(dimension, body, domain)?))
+    FieldValue::new(dimension, graph.level, body, domain).map(Value::Field)
+}
+
+fn as_field(value: &Value) -> Option<&FieldValue> {
+    match value {
+        Value::Field(field) => Some(field),
+        _ => None,
+    }
+}
+
+fn is_field(value: &Value) -> bool {
+    as_field(value).is_some()
 }
 
 /// The derivative of a field's body with respect to nodes, one level of lists deeper than the
 /// body: for a scalar body the gradient, for a list the Jacobian (a row for each component).
 ///
 /// One reverse sweep for each component.
-pub fn derivatives(graph: &mut Graph, body: &Value, variables: &[NodeId]) -> Outcome<Value> {
+pub fn derivatives(graph: &mut Tracer, body: &Value, variables: &[NodeId]) -> Outcome<Value> {
     match body {
         Value::List(components) => components
             .iter()
@@ -403,13 +411,11 @@ pub fn derivatives(graph: &mut Graph, body: &Value, variables: &[NodeId]) -> Out
 /// The value of a calculus operator that maps a field's body, with the coordinates as
 /// variables, to another body: a field again.
 pub fn differentiate(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     field: &FieldValue,
-    operator: impl Fn(&mut Graph, &Value, &[NodeId]) -> Outcome<Value>,
+    operator: impl Fn(&mut Tracer, &Value, &[NodeId]) -> Outcome<Value>,
 ) -> Outcome<Value> {
-    let variables: Vec<NodeId> = (0..field.dimension())
-        .map(|axis| graph.coordinate(axis))
-        .collect();
+    let variables = graph.coordinates(field.dimension());
     lift(
         graph,
         &[Value::Field(field.clone())],
@@ -418,7 +424,7 @@ pub fn differentiate(
 }
 
 /// The scalars of a value made of numbers, symbols and lists, as nodes, in order.
-pub fn flatten(graph: &mut Graph, value: &Value, nodes: &mut Vec<NodeId>) -> Outcome<()> {
+pub fn flatten(graph: &mut Tracer, value: &Value, nodes: &mut Vec<NodeId>) -> Outcome<()> {
     match value {
         Value::List(elements) => elements
             .iter()

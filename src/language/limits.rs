@@ -39,8 +39,10 @@ limits! {
     recursion: 5_000,
     /// Nodes in the expression graph.
     nodes: 10_000_000,
-    /// Elements of one list.
-    elements: 10_000_000,
+    /// Elements of one list, sublists included; all lists together may have four times as many.
+    elements: 5_000_000,
+    /// Bytes of one string.
+    characters: 10_000_000,
     /// Calls and loop rounds of the whole program.
     steps: 200_000_000,
     /// Cells of one polygonization.

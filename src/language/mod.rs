@@ -12,12 +12,14 @@ pub mod field;
 pub mod function;
 pub mod json;
 pub mod limits;
+pub mod list;
 pub mod parameters;
 pub mod product;
 pub mod resolve;
 pub mod scope;
 pub mod session;
 pub mod show;
+pub mod tracer;
 pub mod value;
 
 pub use field::FieldValue;

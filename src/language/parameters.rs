@@ -1,6 +1,5 @@
 //! The parameters of a session: names, shapes, ranges and the default q.
 
-use std::rc::Rc;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
@@ -144,9 +143,9 @@ pub fn same_shape(left: &Value, right: &Value) -> bool {
 /// A value of the given shape whose numbers are made by `leaf`, in order.
 pub fn fill(shape: &Value, leaf: &mut impl FnMut() -> Value) -> Value {
     match shape {
-        Value::List(elements) => Value::List(Rc::new(
-            elements.iter().map(|element| fill(element, leaf)).collect(),
-        )),
+        Value::List(elements) => {
+            Value::list(elements.iter().map(|element| fill(element, leaf)).collect())
+        }
         _ => leaf(),
     }
 }

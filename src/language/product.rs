@@ -281,7 +281,7 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
 /// The error for a property that a value does not have.
 pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
     let names = property_names(value);
-    let known = names.contains(&&*name.text);
+    let known = names.contains(&&*name.text) && !matches!(value, Value::List(_));
     let message = match (value, known) {
         (Value::List(elements), _) if is_swizzle(&name.text) => format!(
             "a list of {} elements has no component `{}`",

@@ -157,6 +157,16 @@ impl<'a> Resolver<'a> {
     fn statement(&mut self, statement: &Statement) {
         match &statement.kind {
             StatementKind::Parameter { name, value, range } => {
+                if self.scopes.len() > 1 {
+                    self.errors.push(
+                        Diagnostic::error(
+                            Code::NotAtTop,
+                            format!("the parameter `{}` is defined inside a block", name.text),
+                        )
+                        .label(name.span, "not at the top of the file")
+                        .help("parameters belong to the whole file: move the definition out"),
+                    );
+                }
                 self.expression(value);
                 range.iter().for_each(|range| self.expression(range));
                 self.bind(name, false);

@@ -1,19 +1,26 @@
 //! Scopes: what a name is bound to.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::value::Value;
-use crate::syntax::tree::Expression;
+use crate::syntax::tree::Statement;
+
+thread_local! {
+    static NEXT_AGE: Cell<u64> = const { Cell::new(0) };
+}
 
 /// The bindings of one block, call or file, and the scope around it.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Scope {
     bindings: RefCell<FxHashMap<Arc<str>, Binding>>,
     parent: Option<Rc<Scope>>,
+    /// Scopes are numbered as they are made, so that it can be told whether a `var` is older
+    /// than a branch that assigns it.
+    age: u64,
 }
 
 /// What a name stands for.
@@ -23,19 +30,34 @@ pub enum Binding {
     Constant(Value),
     /// A `var`, which may be assigned.
     Variable(Value),
-    /// A `let` of the file that is evaluated when it is first asked for.
-    Lazy(Expression),
-    /// A lazy one whose evaluation is under way: asking for it again is a cycle.
-    Busy,
+    /// A definition of the file that needs actions, and is run when it is first asked for.
+    Lazy(Rc<Statement>),
+}
+
+impl Default for Scope {
+    fn default() -> Self {
+        Scope {
+            bindings: RefCell::default(),
+            parent: None,
+            age: Scope::now(),
+        }
+    }
 }
 
 impl Scope {
     /// An empty scope inside `parent`.
     pub fn inside(parent: &Rc<Scope>) -> Rc<Scope> {
         Rc::new(Scope {
-            bindings: RefCell::default(),
             parent: Some(Rc::clone(parent)),
+            ..Scope::default()
         })
+    }
+
+    /// The age of the next scope: every scope that exists is less.
+    pub fn now() -> u64 {
+        let age = NEXT_AGE.get();
+        NEXT_AGE.set(age + 1);
+        age
     }
 
     /// Binds the name here; what it was bound to before in this very scope is replaced.
@@ -43,25 +65,25 @@ impl Scope {
         self.bindings.borrow_mut().insert(Arc::clone(name), binding);
     }
 
-    /// What the name means here, and in which scope it is bound.
-    pub fn find(self: &Rc<Self>, name: &str) -> Option<(Rc<Scope>, Binding)> {
+    /// What the name means here.
+    pub fn find(&self, name: &str) -> Option<Binding> {
         let mut scope = self;
         loop {
             if let Some(binding) = scope.bindings.borrow().get(name) {
-                return Some((Rc::clone(scope), binding.clone()));
+                return Some(binding.clone());
             }
             scope = scope.parent.as_ref()?;
         }
     }
 
-    /// Changes a `var` in place: `change` gets its present value. `None` if the name is not a
-    /// `var` that is visible here.
-    pub fn update<T>(&self, name: &str, change: impl FnOnce(&mut Value) -> T) -> Option<T> {
+    /// Changes a `var` in place: `change` gets its present value and the age of its scope.
+    /// `None` if the name is not a `var` that is visible here.
+    pub fn update<T>(&self, name: &str, change: impl FnOnce(&mut Value, u64) -> T) -> Option<T> {
         let mut scope = self;
         loop {
             if let Some(binding) = scope.bindings.borrow_mut().get_mut(name) {
                 return match binding {
-                    Binding::Variable(value) => Some(change(value)),
+                    Binding::Variable(value) => Some(change(value, scope.age)),
                     _ => None,
                 };
             }

@@ -5,6 +5,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
+use rustc_hash::FxHashMap;
 
 use super::builtin;
 use super::field::FieldValue;
@@ -13,12 +14,13 @@ use super::limits::Limits;
 use super::parameters::Parameters;
 use super::resolve;
 use super::scope::{Binding, Scope};
+use super::tracer::Tracer;
 use super::value::{Outcome, Value, failure};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::engine::Monitor;
-use crate::graph::Graph;
-use crate::syntax::tree::{Expression, StatementKind, Tree};
+use crate::graph::NodeId;
+use crate::syntax::tree::{Expression, Statement, StatementKind, Tree};
 
 /// Where a session's output goes: a terminal, a test, an editor.
 pub trait Host {
@@ -40,17 +42,34 @@ pub trait Host {
 pub enum Mode {
     /// Everything, top to bottom.
     Run,
-    /// Definitions; a top-level `let` is evaluated when it is first asked for. For commands that
-    /// ask one thing of a file.
+    /// Everything but actions; definitions that need them are run when they are first asked
+    /// for. For commands that ask one thing of a file.
     Define,
-    /// Definitions and every expression of the statements, but no action: what actions would
-    /// make is unknown.
+    /// Everything but actions: what they would make is unknown.
     Check,
+}
+
+/// A part of the program that is evaluated although it is not known whether it is meant: what
+/// was there before it began must not be changed by it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Branch {
+    /// Scopes younger than this belong to the branch.
+    pub(super) since: u64,
+    pub(super) kind: BranchKind,
+}
+
+/// Why it is not known whether a part of the program is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BranchKind {
+    /// Its condition depends on the point or on parameters, or it is a field's body.
+    Traced,
+    /// Its condition or list is unknown.
+    Unknown,
 }
 
 /// One run of one file.
 pub struct Session {
-    pub(super) graph: Graph,
+    pub(super) graph: Tracer,
     pub(super) parameters: Parameters,
     pub(super) limits: Limits,
     pub(super) host: Box<dyn Host>,
@@ -59,10 +78,16 @@ pub struct Session {
     pub(super) settings: IndexMap<String, Expression>,
     /// Where files may be written; the first one is where relative paths start.
     pub(super) output_directories: Vec<PathBuf>,
-    /// How many field bodies are being traced: inside them nothing may act.
-    pub(super) tracing: usize,
+    /// Whether actions are done; otherwise what they would make is unknown.
+    pub(super) acting: bool,
+    /// The innermost branch that is evaluated without being decided.
+    pub(super) branch: Option<Branch>,
     pub(super) depth: u64,
     pub(super) steps: u64,
+    /// Numbers of nodes under the session's parameters, for scripts that ask for them.
+    pub(super) plain_numbers: FxHashMap<NodeId, f64>,
+    /// Fields that need actions, in [`Mode::Define`].
+    pub(super) postponed: Vec<Statement>,
     /// The file's own bindings.
     pub(super) globals: Rc<Scope>,
     /// The file's fields, in order.
@@ -90,16 +115,19 @@ impl Session {
             prelude.bind(&Arc::from(*name), Binding::Constant(Value::Number(*value)));
         }
         Session {
-            graph: Graph::new(),
+            graph: Tracer::default(),
             parameters: Parameters::default(),
             limits,
             host,
             mode,
             settings: IndexMap::new(),
             output_directories,
-            tracing: 0,
+            acting: mode == Mode::Run,
+            branch: None,
             depth: 0,
             steps: 0,
+            plain_numbers: FxHashMap::default(),
+            postponed: Vec::new(),
             globals: Scope::inside(&prelude),
             fields: IndexMap::new(),
         }
@@ -123,11 +151,13 @@ impl Session {
         }
         let globals = Rc::clone(&self.globals);
         for statement in &tree.statements {
-            self.statement(statement, &globals, true)
+            self.top_statement(statement, &globals)
                 .map_err(|error| vec![*error])?;
         }
-        if self.mode == Mode::Check {
-            self.force_all(tree).map_err(|error| vec![*error])?;
+        self.acting = self.mode != Mode::Check;
+        for field in std::mem::take(&mut self.postponed) {
+            self.define_field(&field, &globals)
+                .map_err(|error| vec![*error])?;
         }
         Ok(())
     }
@@ -183,7 +213,7 @@ impl Session {
     }
 
     /// The expression graph that everything is traced into.
-    pub fn graph(&mut self) -> &mut Graph {
+    pub fn graph(&mut self) -> &mut Tracer {
         &mut self.graph
     }
 
@@ -231,19 +261,6 @@ impl Session {
                 Err(error)
             }
         }
-    }
-
-    /// Evaluates what is still lazy, in the order of the file.
-    fn force_all(&mut self, tree: &Tree) -> Outcome<()> {
-        let globals = Rc::clone(&self.globals);
-        for statement in &tree.statements {
-            if let StatementKind::Let { pattern, .. } = &statement.kind {
-                for name in super::resolve::pattern_names(pattern) {
-                    self.lookup(name, &globals)?;
-                }
-            }
-        }
-        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@ use std::rc::Rc;
 
 use super::field::FieldValue;
 use super::function::FunctionValue;
+use super::list::List;
 use super::product::{CurveSet, MeshSet, SampleSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
@@ -27,7 +28,7 @@ pub enum Value {
     /// `lo..hi`
     Interval(Interval),
     /// A list, vector or matrix.
-    List(Rc<Vec<Value>>),
+    List(List),
     /// A number that depends on the point or on parameters.
     Symbol(NodeId),
     /// A truth value that depends on the point or on parameters.
@@ -62,7 +63,7 @@ pub struct Condition {
 impl Value {
     /// A list.
     pub fn list(elements: Vec<Value>) -> Value {
-        Value::List(Rc::new(elements))
+        Value::List(List::new(elements))
     }
 
     /// A list of numbers.
@@ -99,7 +100,7 @@ impl Value {
     pub fn is_symbolic(&self) -> bool {
         match self {
             Value::Symbol(_) | Value::Condition(_) => true,
-            Value::List(elements) => elements.iter().any(Value::is_symbolic),
+            Value::List(list) => list.is_symbolic(),
             _ => false,
         }
     }
@@ -108,7 +109,7 @@ impl Value {
     pub fn is_unknown(&self) -> bool {
         match self {
             Value::Unknown => true,
-            Value::List(elements) => elements.iter().any(Value::is_unknown),
+            Value::List(list) => list.is_unknown(),
             _ => false,
         }
     }

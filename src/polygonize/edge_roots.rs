@@ -7,6 +7,11 @@
 //! at most halves the step before the last, bisection otherwise. It therefore converges
 //! quadratically on smooth fields and no slower than bisection on the others, steep ones, kinks
 //! and jumps included.
+//!
+//! F also goes from below the level to not below it at a pole, at a jump and at the end of its
+//! domain. A small |F − iso| / |F_x| does not tell a root from these: at the pole of 1/x it
+//! vanishes. A root must therefore be credible as well (see [`Search::is_credible`]); what is not
+//! is searched on until the bracket cannot shrink any more, and then is poor.
 
 use glam::DVec3;
 
@@ -14,6 +19,10 @@ use crate::engine::Field;
 
 /// How many edges are solved together. The columns of a batch fit the first-level cache.
 const BATCH: usize = 512;
+
+/// What is left of |F − iso| at the inside end of an edge, as a fraction, where F tends to the
+/// level at the end of its domain. Even x^0.3 gets there before the bracket is exhausted.
+const LEFT_AT_DOMAIN_END: f64 = 1e-3;
 
 /// A part of a line parallel to an axis, on which the sign of F − iso changes.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +57,29 @@ pub(super) struct Root {
     pub(super) normal: DVec3,
     /// |F − iso| / |F_x|: the first-order distance from the level set.
     pub(super) residual: f64,
-    /// Whether this is no root to the accuracy, but a jump, a pole or the end of the domain.
-    pub(super) poor: bool,
+    /// What was found.
+    pub(super) kind: Kind,
+}
+
+/// What a search has found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A root to the accuracy.
+    Good,
+    /// The edge has no length: F was not asked.
+    #[default]
+    Given,
+    /// No root: a pole or a jump.
+    Jump,
+    /// No root: F < iso up to where F ceases to be defined.
+    DomainEnd,
+}
+
+impl Root {
+    /// Whether this is no root, but a pole, a jump or the end of the domain.
+    pub(super) fn is_poor(&self) -> bool {
+        matches!(self.kind, Kind::Jump | Kind::DomainEnd)
+    }
 }
 
 /// The roots on the edges, in their order, and the number of evaluations of F and F_x.
@@ -108,6 +138,9 @@ struct Search {
     /// The bracket: coordinates along the axis.
     inside: f64,
     outside: f64,
+    /// F − iso at the outside end of the bracket; NaN as long as F was seen to be undefined
+    /// there, but never to rise above the level.
+    outside_value: f64,
     /// The lengths of the step before the last and of the last.
     steps: [f64; 2],
     /// The bracket cannot shrink any more; the candidate is its inside end.
@@ -122,6 +155,7 @@ impl Search {
             candidate: edge.inside,
             inside: edge.inside[edge.axis],
             outside: edge.outside,
+            outside_value: edge.outside_value,
             steps: [(edge.outside - edge.inside[edge.axis]).abs(); 2],
             exhausted: false,
         };
@@ -156,7 +190,7 @@ impl Search {
     /// candidate is set.
     fn advance(&mut self, value: f64, gradient: DVec3, distance: f64) -> Option<Root> {
         let residual = first_order_distance(value, gradient);
-        if residual <= distance || self.exhausted {
+        if residual <= distance && self.is_credible(value, gradient) || self.exhausted {
             return Some(self.root(value, gradient, residual, distance));
         }
         let axis = self.edge.axis;
@@ -165,6 +199,7 @@ impl Search {
             self.inside = here;
         } else {
             self.outside = here;
+            self.outside_value = value;
         }
         let newton = here - value / gradient[axis];
         let halves = (newton - here).abs() <= 0.5 * self.steps[0];
@@ -186,6 +221,28 @@ impl Search {
         None
     }
 
+    /// Whether a small |F − iso| / |F_x| at the candidate can mean a root.
+    ///
+    /// On both sides of a pole F falls on the way from the inside to the outside. So it does at
+    /// the second of three roots, and then the bracket between the candidate and the proper end
+    /// holds another root, where F rises: to go on is right in both cases. A fall that would
+    /// not take F to the level along the whole edge is nothing but rounding, as on an edge that
+    /// lies in the level set; there is none where F is the level exactly.
+    ///
+    /// Where the domain ends, a steep slope also makes the quotient small. F then was never seen
+    /// above the level; that it tends to the level shows in |F − iso| itself.
+    fn is_credible(&self, value: f64, gradient: DVec3) -> bool {
+        let Edge { inside, axis, .. } = self.edge;
+        let rise = gradient[axis] * (self.edge.outside - inside[axis]);
+        let falls = value != 0.0 && rise < -value.abs();
+        // 0, which says nothing, if F is infinite at the inside end.
+        let left = value / self.edge.inside_value;
+        let meets_level = !self.outside_value.is_nan()
+            || value >= 0.0
+            || left > 0.0 && left <= LEFT_AT_DOMAIN_END;
+        !falls && meets_level
+    }
+
     /// The root at the candidate, or at an end of the edge if that is as good.
     fn root(&self, value: f64, gradient: DVec3, residual: f64, distance: f64) -> Root {
         let Edge {
@@ -195,21 +252,20 @@ impl Search {
             inside_value,
             outside_value,
         } = self.edge;
-        // At a pole F changes sign too, and |F| / |F_x| is small there. But |F| has grown beyond
-        // the values at both ends, and F falls where it should rise from the inside to the
-        // outside. Either alone also happens at a true root, by rounding or between two others.
-        // The maximum ignores a NaN.
-        let rise = gradient[axis] * (outside - inside[axis]);
-        let pole = rise < 0.0 && value.abs() > inside_value.abs().max(outside_value.abs());
+        let good = residual <= distance && self.is_credible(value, gradient);
         let mut root = Root {
             position: self.candidate,
             normal: unit_or_zero(gradient),
             residual,
-            poor: pole || residual.is_nan() || residual > distance,
+            kind: match good {
+                true => Kind::Good,
+                false if self.outside_value.is_nan() => Kind::DomainEnd,
+                false => Kind::Jump,
+            },
         };
         for (end, value) in [(inside[axis], inside_value), (outside, outside_value)] {
             let residual = first_order_distance(value, gradient);
-            if !root.poor && residual <= distance && (end - root.position[axis]).abs() <= distance {
+            if good && residual <= distance && (end - root.position[axis]).abs() <= distance {
                 root.position[axis] = end;
                 root.residual = residual;
             }

@@ -15,7 +15,7 @@ mod squares;
 
 use thiserror::Error;
 
-use self::edge_roots::{Accuracy, Root};
+use self::edge_roots::{Accuracy, Kind, Root};
 use self::grid::{Grid, Seen};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Curves, Mesh};
@@ -74,18 +74,28 @@ pub struct Statistics {
     pub cut_by_box: bool,
     /// The greatest |F − iso| / |F_x| at a root, poor roots aside.
     pub max_residual: f64,
+    /// Roots to the tolerance: in R1 those returned, else those on the edges of the grid, caps
+    /// aside.
+    pub good_roots: usize,
     /// Changes of sign that are no roots to the tolerance: poles, jumps, ends of the domain of F.
     /// They are vertices of meshes and curves all the same, lest these fall apart.
     pub poor_roots: usize,
+    /// The poor roots that are ends of the domain: F < iso on one side, F NaN on the other. There
+    /// the solid F < iso ends indeed.
+    pub domain_ends: usize,
 }
 
 impl Statistics {
     /// What the roots contribute.
     fn of_roots(roots: &[Root]) -> Self {
-        let (poor, good): (Vec<&Root>, Vec<&Root>) = roots.iter().partition(|root| root.poor);
+        let count = |kind| roots.iter().filter(|root| root.kind == kind).count();
+        let good = roots.iter().filter(|root| !root.is_poor());
+        let domain_ends = count(Kind::DomainEnd);
         Statistics {
-            max_residual: good.iter().map(|root| root.residual).fold(0.0, f64::max),
-            poor_roots: poor.len(),
+            max_residual: good.map(|root| root.residual).fold(0.0, f64::max),
+            good_roots: count(Kind::Good),
+            poor_roots: count(Kind::Jump) + domain_ends,
+            domain_ends,
             ..Statistics::default()
         }
     }
@@ -98,7 +108,9 @@ impl Statistics {
             nan_points: self.nan_points + other.nan_points,
             cut_by_box: self.cut_by_box || other.cut_by_box,
             max_residual: self.max_residual.max(other.max_residual),
+            good_roots: self.good_roots + other.good_roots,
             poor_roots: self.poor_roots + other.poor_roots,
+            domain_ends: self.domain_ends + other.domain_ends,
         }
     }
 }
@@ -134,8 +146,8 @@ pub struct Roots {
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PolygonizeError {
-    /// The grid shows no zero of F: it is either below the level everywhere or nowhere. (In R1
-    /// also if all changes of sign are poles, jumps or ends of the domain.)
+    /// The grid shows no zero of F: it is either below the level everywhere or nowhere, or all
+    /// changes of sign are poles, jumps or ends of the domain.
     #[error("{}", no_level(*iso, *below, *above, *undefined))]
     NoSurface {
         /// The box.
@@ -164,11 +176,11 @@ pub enum PolygonizeError {
         vertices: usize,
     },
     /// An option makes no sense.
-    #[error("{option} must be {demand}, not {value}")]
+    #[error("{option} must {demand}, not {value}")]
     BadOption {
-        /// The name of the option.
+        /// The name of the option, that of the field of [`Options`].
         option: &'static str,
-        /// What it must be.
+        /// What it must do, such as "be positive".
         demand: &'static str,
         /// What it is.
         value: f64,
@@ -200,7 +212,8 @@ pub enum PolygonizeError {
 /// # Errors
 ///
 /// Bad options or dimensions, too many cells or vertices, no zero in the box (all grid points
-/// have F < iso, or none has), or cancellation by the monitor.
+/// have F < iso, or none has, or where they differ there are only poor roots), or cancellation by
+/// the monitor.
 pub fn surface(
     field: &dyn Field,
     options: &Options,
@@ -208,7 +221,7 @@ pub fn surface(
 ) -> Result<Surface, PolygonizeError> {
     let (grid, accuracy) = prepare(3, field, options)?;
     let (mesh, seen, statistics) = cubes::march(field, accuracy, &grid, monitor)?;
-    require_level(options, seen)?;
+    require_root(options, seen, &statistics)?;
     let statistics = with_cells(&grid, statistics);
     Ok(Surface { mesh, statistics })
 }
@@ -228,7 +241,7 @@ pub fn contours(
 ) -> Result<Contours, PolygonizeError> {
     let (grid, accuracy) = prepare(2, field, options)?;
     let (curves, seen, statistics) = squares::march(field, accuracy, &grid, monitor)?;
-    require_level(options, seen)?;
+    require_root(options, seen, &statistics)?;
     let statistics = with_cells(&grid, statistics);
     Ok(Contours { curves, statistics })
 }
@@ -319,38 +332,38 @@ fn check_options(options: &Options) -> Result<(), PolygonizeError> {
     };
     let positive = |value: f64| value > 0.0 && value.is_finite();
     for (low, high) in options.bounds.sides() {
+        let length = high - low;
         demand(
             low < high,
-            "the length of every side of the box",
-            "positive",
-            high - low,
+            "bounds",
+            "have sides of positive length",
+            length,
         )?;
     }
+    // The square of a longer diagonal overflows, which also is the case for boxes so far from 0
+    // that coordinates do.
     let diagonal = options.bounds.diagonal();
+    let short = diagonal.is_finite();
     demand(
-        diagonal.is_finite(),
-        "the diagonal of the box",
-        "finite",
+        short,
+        "bounds",
+        "have a diagonal shorter than 1e154",
         diagonal,
     )?;
-    demand(
-        positive(options.cell),
-        "cell",
-        "positive and finite",
-        options.cell,
-    )?;
-    demand(
-        positive(options.tolerance),
-        "tolerance",
-        "positive and finite",
-        options.tolerance,
-    )?;
-    demand(options.iso.is_finite(), "iso", "finite", options.iso)
+    let size = "be positive and finite";
+    demand(positive(options.cell), "cell", size, options.cell)?;
+    let tolerance = options.tolerance;
+    demand(positive(tolerance), "tolerance", size, tolerance)?;
+    demand(options.iso.is_finite(), "iso", "be finite", options.iso)
 }
 
-/// An error unless some grid points are inside and others are not: then F changes sign.
-fn require_level(options: &Options, seen: Seen) -> Result<(), PolygonizeError> {
-    if seen.inside == 0 || seen.inside == seen.points() {
+/// An error unless there is a root: of poor roots alone there is no level set.
+fn require_root(
+    options: &Options,
+    seen: Seen,
+    statistics: &Statistics,
+) -> Result<(), PolygonizeError> {
+    if statistics.good_roots == 0 {
         return Err(no_surface(options, seen));
     }
     Ok(())

@@ -28,7 +28,7 @@ pub(super) fn find(
     let mut seen = Seen::default();
     let mut statistics = Statistics::default();
     for (roots, piece_seen, evaluations) in pieces {
-        let good = roots.iter().filter(|root| !root.poor);
+        let good = roots.iter().filter(|root| !root.is_poor());
         found.extend(good.map(|root| root.position.x));
         seen = seen.and(piece_seen);
         statistics = statistics.and(Statistics {
@@ -39,6 +39,7 @@ pub(super) fn find(
     }
     // Two roots within the tolerance of the grid point between them are both there.
     found.dedup();
+    statistics.good_roots = found.len();
     let at_end = |root: &f64| *root == points[0] || *root == points[points.len() - 1];
     statistics.cut_by_box = found.iter().any(at_end);
     Ok((found, seen, statistics))

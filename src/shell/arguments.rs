@@ -1,8 +1,11 @@
-//! What can be written on the command line.
+//! What can be written on the command line. What is not understood here is wrong usage; what can
+//! only be judged with the file at hand is an error of the language.
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
+
+use crate::language::Limits;
 
 /// Imp: a language for implicit geometry.
 #[derive(Parser, Debug)]
@@ -52,29 +55,43 @@ pub(super) enum Command {
 #[derive(Args, Debug, Clone)]
 pub(super) struct Common {
     /// Gives a parameter another value; may be repeated
-    #[arg(long, value_name = "NAME=EXPR")]
-    pub(super) set: Vec<String>,
+    #[arg(long, value_name = "NAME=EXPR", value_parser = setting)]
+    pub(super) set: Vec<Setting>,
     /// Prints exactly one JSON object on standard output
     #[arg(long)]
     pub(super) json: bool,
-    /// How many threads work; 0 is one for each core
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    pub(super) threads: usize,
+    /// How many threads work, at most 1024; 0 is one for each core
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = value_parser!(u16).range(0..=1024))]
+    pub(super) threads: u16,
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
     /// Raises or lowers a limit (recursion, nodes, elements, steps, cells, particles); may be repeated
-    #[arg(long, value_name = "NAME=N")]
-    pub(super) limit: Vec<String>,
+    #[arg(long, value_name = "NAME=N", value_parser = limit)]
+    pub(super) limit: Vec<Limit>,
     /// Whether messages are coloured
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = Color::Auto)]
     pub(super) color: Color,
-    /// Where the script's files go [default: the present directory]
+    /// Where files go, made when the first one is written [default: the present directory]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
     /// Another directory in which the script may write; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(super) allow_write: Vec<PathBuf>,
+}
+
+/// `--set NAME=EXPR`: a parameter's name and the text of its value.
+#[derive(Clone, Debug)]
+pub(super) struct Setting {
+    pub(super) name: String,
+    pub(super) text: String,
+}
+
+/// `--limit NAME=N`: the name of a limit that there is, and its value.
+#[derive(Clone, Debug)]
+pub(super) struct Limit {
+    pub(super) name: String,
+    pub(super) value: u64,
 }
 
 #[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
@@ -164,8 +181,8 @@ pub(super) struct Subject {
     pub(super) file: PathBuf,
     /// The field, or any expression that gives one; may be left out where the file has one field
     pub(super) field: Option<String>,
-    /// The file to write; its extension names the format
-    #[arg(short, long, value_name = "OUT")]
+    /// The file to write, below `--out` if that is given; its extension names the format
+    #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
     /// The box: one interval for all axes, or a list of one for each
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
@@ -205,4 +222,41 @@ pub(super) struct Form {
     /// Cranelift's intermediate representation
     #[arg(long)]
     pub(super) clif: bool,
+}
+
+impl Command {
+    /// What every command understands.
+    pub(super) fn common(&self) -> &Common {
+        match self {
+            Command::Run(command) => &command.common,
+            Command::Check(command) => &command.common,
+            Command::Eval(command) => &command.common,
+            Command::Mesh(command) => &command.common,
+            Command::Sample(command) => &command.common,
+            Command::Info(command) => &command.common,
+            Command::Dump(command) => &command.common,
+        }
+    }
+}
+
+fn setting(text: &str) -> Result<Setting, String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() => Ok(Setting {
+            name: name.trim().to_string(),
+            text: value.to_string(),
+        }),
+        _ => Err("it is not of the form NAME=EXPR".into()),
+    }
+}
+
+fn limit(text: &str) -> Result<Limit, String> {
+    let (name, value) = text.split_once('=').ok_or("it is not of the form NAME=N")?;
+    let name = name.trim().to_string();
+    if !Limits::NAMES.contains(&&*name) {
+        return Err(format!("the limits are {}", Limits::NAMES.join(", ")));
+    }
+    match value.trim().parse() {
+        Ok(value) => Ok(Limit { name, value }),
+        Err(_) => Err("N must be a whole number, 0 or greater".into()),
+    }
 }

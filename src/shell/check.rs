@@ -1,30 +1,47 @@
 //! `imp check`
 
-use serde_json::json;
+use std::path::Path;
+use std::time::Instant;
+
+use serde_json::{Map, Value as Json};
 
 use super::arguments::Check;
-use super::output;
-use super::workspace::Workspace;
+use super::output::{self, escaped};
+use super::workspace::{Workspace, source_name};
 use crate::language::Mode;
 
-/// Checks files; the gravest exit code. With `--json` the first error ends it, since there is
-/// one object.
-pub(super) fn check(command: &Check) -> u8 {
+/// Checks files; fails with the gravest exit code. With `--json` the first error ends it, since
+/// there is one object.
+pub(super) fn check(command: &Check) -> Result<(), u8> {
+    let begun = Instant::now();
     let mut gravest = 0;
+    let mut warnings = Vec::new();
     for file in &command.files {
-        let checked = Workspace::open(Some(file), &command.common, Mode::Check)
-            .and_then(|mut workspace| workspace.run());
-        match checked {
-            Ok(()) if !command.common.quiet && !command.common.json => {
-                output::error_text(&format!("{}: no errors", file.display()));
+        match check_file(file, command) {
+            Ok(workspace) => {
+                warnings.append(&mut workspace.heard.warnings.borrow_mut());
+                if !command.common.quiet && !command.common.json {
+                    output::error_text(&format!("{}: no errors", escaped(&source_name(file))));
+                }
             }
-            Ok(()) => {}
-            Err(code) if command.common.json => return code,
+            Err(code) if command.common.json => return Err(code),
             Err(code) => gravest = gravest.max(code),
         }
     }
     if command.common.json {
-        output::data(&json!({ "checked": command.files.len() }).to_string());
+        let mut object = Map::new();
+        object.insert("checked".into(), command.files.len().into());
+        output::finish_json(&mut object, begun, &warnings);
+        output::data(&Json::Object(object).to_string());
     }
-    gravest
+    match gravest {
+        0 => Ok(()),
+        code => Err(code),
+    }
+}
+
+fn check_file(file: &Path, command: &Check) -> Result<Workspace, u8> {
+    let mut workspace = Workspace::open(Some(file), &command.common, Mode::Check)?;
+    workspace.run()?;
+    Ok(workspace)
 }

@@ -4,29 +4,21 @@ use std::path::Path;
 
 use serde_json::{Map, Value as Json};
 
-use super::USAGE;
 use super::arguments::Eval;
-use super::output;
+use super::output::{self, report};
 use super::workspace::Workspace;
+use crate::diagnostic::{Code, Diagnostic, Sources};
 use crate::language::json::json;
 use crate::language::show::show;
 use crate::language::{Mode, Value};
 
-/// Prints the values of expressions; the exit code.
-pub(super) fn eval(command: &Eval) -> u8 {
-    match attempt(command) {
-        Ok(()) => 0,
-        Err(code) => code,
-    }
-}
-
-fn attempt(command: &Eval) -> Result<(), u8> {
+/// Prints the values of expressions; fails with an exit code.
+pub(super) fn eval(command: &Eval) -> Result<(), u8> {
     let (file, expressions) = split(&command.words);
     if expressions.is_empty() {
-        output::error_text(
-            "error: an expression is needed after the file\n\nFor more information, try 'imp eval --help'.",
-        );
-        return Err(USAGE);
+        let error = Diagnostic::error(Code::Usage, "an expression is needed after the file")
+            .help("for more information, try `imp eval --help`");
+        return Err(report(&[error], &Sources::default(), &command.common));
     }
     let mut workspace = Workspace::open(file, &command.common, Mode::Define)?;
     workspace.run()?;
@@ -63,13 +55,11 @@ fn object(workspace: &Workspace, values: &[Value]) -> Json {
     Json::Object(object)
 }
 
-/// The file, if the first word is one, and the expressions.
+/// The file, if the first word is one by its name, and the expressions: what `5` means does not
+/// depend on what lies in the folder.
 fn split(words: &[String]) -> (Option<&Path>, &[String]) {
     match words.split_first() {
         Some((first, rest)) if first == "-" || first.ends_with(".imp") => {
-            (Some(Path::new(first)), rest)
-        }
-        Some((first, rest)) if !rest.is_empty() && Path::new(first).is_file() => {
             (Some(Path::new(first)), rest)
         }
         _ => (None, words),

@@ -1,24 +1,17 @@
 //! `imp info`
 
-use serde_json::{Map, Value as Json, json};
+use serde_json::{Map, Value as Json};
 
 use super::arguments::Info;
 use super::output;
 use super::workspace::Workspace;
-use crate::language::json::json as json_of;
+use crate::language::json::{json, json_number};
 use crate::language::product::sides;
 use crate::language::show::show;
 use crate::language::{FieldValue, Mode, Value};
 
-/// Lists fields and parameters; the exit code.
-pub(super) fn info(command: &Info) -> u8 {
-    match attempt(command) {
-        Ok(()) => 0,
-        Err(code) => code,
-    }
-}
-
-fn attempt(command: &Info) -> Result<(), u8> {
+/// Lists fields and parameters; fails with an exit code.
+pub(super) fn info(command: &Info) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&command.file), &command.common, Mode::Define)?;
     workspace.run()?;
     if command.common.json {
@@ -59,7 +52,7 @@ fn fields_json(workspace: &mut Workspace) -> Result<Json, u8> {
         if let Some(domain) = field.domain() {
             let sides: Vec<Json> = domain
                 .sides()
-                .map(|(low, high)| json!([low, high]))
+                .map(|(low, high)| Json::from(vec![json_number(low), json_number(high)]))
                 .collect();
             object.insert("domain".into(), sides.into());
         }
@@ -81,9 +74,12 @@ fn parameters_json(workspace: &Workspace) -> Json {
         .map(|(name, parameter)| {
             let mut object = Map::new();
             object.insert("name".into(), name.to_string().into());
-            object.insert("value".into(), json_of(&parameter.value));
+            object.insert("value".into(), json(&parameter.value));
             if let Some((low, high)) = parameter.range {
-                object.insert("range".into(), json!({ "lo": low, "hi": high }));
+                let mut ends = Map::new();
+                ends.insert("lo".into(), json_number(low));
+                ends.insert("hi".into(), json_number(high));
+                object.insert("range".into(), ends.into());
             }
             if let Some(text) = &parameter.documentation {
                 object.insert("documentation".into(), text.to_string().into());

@@ -1,11 +1,11 @@
 //! `imp mesh` and `imp sample`: the language's `polygonize` and `sample` with their arguments as
 //! flags, and a file for the result.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value as Json};
 
-use super::arguments::{Mesh, Sample, Subject};
+use super::arguments::{Common, Mesh, Sample, Subject};
 use super::output;
 use super::workspace::Workspace;
 use crate::diagnostic::{Code, Diagnostic};
@@ -13,13 +13,13 @@ use crate::file;
 use crate::language::builtin::file_failure;
 use crate::language::json::json;
 use crate::language::show::show;
-use crate::language::{Mode, Value};
+use crate::language::{Mode, Outcome, Value};
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
 type Flag<'a> = (&'static str, Option<&'a str>);
 
-/// Polygonizes a field; the exit code.
-pub(super) fn mesh(command: &Mesh) -> u8 {
+/// Polygonizes a field; fails with an exit code.
+pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
@@ -31,8 +31,8 @@ pub(super) fn mesh(command: &Mesh) -> u8 {
     make("polygonize", &command.subject, &flags, &command.common)
 }
 
-/// Samples a field; the exit code.
-pub(super) fn sample(command: &Sample) -> u8 {
+/// Samples a field; fails with an exit code.
+pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
@@ -53,25 +53,7 @@ fn quoted(word: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-fn make(
-    function: &str,
-    subject: &Subject,
-    flags: &[Flag<'_>],
-    common: &super::arguments::Common,
-) -> u8 {
-    let made = attempt(function, subject, flags, common);
-    match made {
-        Ok(()) => 0,
-        Err(code) => code,
-    }
-}
-
-fn attempt(
-    function: &str,
-    subject: &Subject,
-    flags: &[Flag<'_>],
-    common: &super::arguments::Common,
-) -> Result<(), u8> {
+fn make(function: &str, subject: &Subject, flags: &[Flag<'_>], common: &Common) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     if let Some(path) = &subject.output {
         // A name that no format knows is said before the work, not after it.
@@ -79,6 +61,10 @@ fn attempt(
     }
     workspace.run()?;
     let field = workspace.field(subject.field.as_deref())?;
+    if let Some(path) = &subject.output {
+        check_format(path, function, field.dimension())
+            .map_err(|error| workspace.fail(&[*error]))?;
+    }
     let both = [
         ("bounds", subject.bounds.as_deref()),
         ("tolerance", subject.tolerance.as_deref()),
@@ -94,36 +80,59 @@ fn attempt(
         .session
         .call(function, Value::Field(field), &options)
         .map_err(|errors| workspace.fail(&errors))?;
-    if let Some(path) = &subject.output {
-        write(&workspace, path, &value)?;
-    }
+    let output = match &subject.output {
+        Some(path) => Some(write(path, common, &value).map_err(|error| workspace.fail(&[*error]))?),
+        None => None,
+    };
     if common.json {
-        output::data(&object(&workspace, subject, &value).to_string());
+        output::data(&object(&workspace, output.as_deref(), &value).to_string());
     } else {
         output::data(&show(&value, None));
     }
     Ok(())
 }
 
-fn write(workspace: &Workspace, path: &Path, value: &Value) -> Result<(), u8> {
-    let result = match value {
-        Value::Mesh(set) => file::write_mesh(path, &set.mesh),
-        Value::Curves(set) => file::write_curves(path, &set.curves),
-        Value::Samples(set) => file::write_samples(path, &set.samples),
-        other => {
-            let message = format!("{} cannot be written to a file", other.kind());
-            return Err(
-                workspace.fail(&[Diagnostic::error(Code::WrongFormat, message)
-                    .help("leave out `-o`: the roots are printed")]),
-            );
-        }
+/// Refuses, before the work, a format that cannot hold what comes of it.
+fn check_format(path: &Path, function: &str, dimension: usize) -> Outcome<()> {
+    let kind = match (function, dimension) {
+        ("sample", _) => "samples",
+        (_, 3) => "meshes",
+        (_, 2) => "plane curves",
+        _ => return Err(roots_to_file()),
     };
-    result.map_err(|error| workspace.fail(&[*file_failure(&error)]))
+    file::Format::of_path(path)
+        .and_then(|format| format.check_holds(kind))
+        .map_err(|error| file_failure(&error))
 }
 
-fn object(workspace: &Workspace, subject: &Subject, value: &Value) -> Json {
+fn roots_to_file() -> Box<Diagnostic> {
+    let message = "roots cannot be written to a file";
+    let error = Diagnostic::error(Code::WrongFormat, message);
+    Box::new(error.help("leave out `-o`: the roots are printed"))
+}
+
+/// Writes the result and gives the path: below the output directory, if one was named.
+fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
+    let path = match &common.out {
+        Some(directory) => {
+            file::create_folder(directory).map_err(|error| file_failure(&error))?;
+            directory.join(path)
+        }
+        None => path.to_owned(),
+    };
+    let result = match value {
+        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
+        Value::Curves(set) => file::write_curves(&path, &set.curves),
+        Value::Samples(set) => file::write_samples(&path, &set.samples),
+        _ => return Err(roots_to_file()),
+    };
+    result.map_err(|error| file_failure(&error))?;
+    Ok(path)
+}
+
+fn object(workspace: &Workspace, output: Option<&Path>, value: &Value) -> Json {
     let mut object = Map::new();
-    if let Some(path) = &subject.output {
+    if let Some(path) = output {
         object.insert("output".into(), path.display().to_string().into());
     }
     match json(value) {

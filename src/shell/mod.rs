@@ -16,57 +16,138 @@ mod progress;
 mod run;
 mod workspace;
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
+use std::io::{self, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser};
+use clap::{ArgAction, CommandFactory, Parser};
 
-use arguments::{Arguments, Command};
-
-/// Exit code for wrong usage.
-const USAGE: u8 = 2;
+use crate::diagnostic::{Code, Diagnostic, Sources};
+use arguments::{Arguments, Command, Common};
+use output::report;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
     let words = with_default_command(std::env::args_os().collect());
-    if words.len() < 2 {
+    let ended = if words.len() < 2 {
         // Showing the help is the answer to a missing command, but not a success.
         output::error_text(&Arguments::command().render_help().to_string());
-        return ExitCode::from(USAGE);
-    }
-    let arguments = match Arguments::try_parse_from(words) {
-        Ok(arguments) => arguments,
-        Err(error) => {
-            let code = if error.use_stderr() { USAGE } else { 0 };
-            // Nothing is left to be done when even this cannot be printed.
-            let _ = error.print();
-            return ExitCode::from(code);
+        Err(Code::Usage.exit_code())
+    } else {
+        match Arguments::try_parse_from(&words) {
+            Ok(arguments) => perform(&arguments.command),
+            Err(error) => answer(&error, &words),
         }
     };
-    let code = match arguments.command {
-        Command::Run(command) => run::run(&command),
-        Command::Check(command) => check::check(&command),
-        Command::Eval(command) => eval::eval(&command),
-        Command::Mesh(command) => make::mesh(&command),
-        Command::Sample(command) => make::sample(&command),
-        Command::Info(command) => info::info(&command),
-        Command::Dump(command) => dump::dump(&command),
-    };
-    ExitCode::from(code)
+    ExitCode::from(output::finish(ended.err().unwrap_or(0)))
 }
 
-/// `imp FILE` is `imp run FILE`.
+/// Performs a command, which has reported what is wrong when it fails with an exit code.
+fn perform(command: &Command) -> Result<(), u8> {
+    start_threads(command.common())?;
+    match command {
+        Command::Run(command) => run::run(command),
+        Command::Check(command) => check::check(command),
+        Command::Eval(command) => eval::eval(command),
+        Command::Mesh(command) => make::mesh(command),
+        Command::Sample(command) => make::sample(command),
+        Command::Info(command) => info::info(command),
+        Command::Dump(command) => dump::dump(command),
+    }
+}
+
+/// Starts the threads that share the work; it can be done once in a process.
+fn start_threads(common: &Common) -> Result<(), u8> {
+    let threads = usize::from(common.threads);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+    pool.build_global().map_err(|error| {
+        let message = format!("cannot start the threads: {error}");
+        let error =
+            Diagnostic::error(Code::Usage, message).help("ask for fewer with `--threads N`");
+        report(&[error], &Sources::default(), common)
+    })
+}
+
+/// What clap has to say instead of a command: help, which was asked for, or wrong usage.
+fn answer(error: &clap::Error, words: &[OsString]) -> Result<(), u8> {
+    if !error.use_stderr() {
+        output::print(|| error.print().and_then(|()| io::stdout().flush()));
+        return Ok(());
+    }
+    let mut options = words.iter().take_while(|word| *word != "--");
+    if options.any(|word| word == "--json") {
+        output::error_json(&usage(error), &Sources::default());
+    } else {
+        // There is nowhere to report that this failed.
+        let _ = error.print();
+    }
+    Err(Code::Usage.exit_code())
+}
+
+/// clap's text as an error: its first paragraph is the message, the others are help.
+fn usage(error: &clap::Error) -> Diagnostic {
+    let text = error.render().to_string();
+    let (message, help) = text.split_once("\n\n").unwrap_or((&text, ""));
+    let message = message.trim_start_matches("error: ");
+    let words: Vec<&str> = message.split_whitespace().collect();
+    let diagnostic = Diagnostic::error(Code::Usage, words.join(" "));
+    match help.trim() {
+        "" => diagnostic,
+        help => diagnostic.help(help),
+    }
+}
+
+/// `imp FILE` is `imp run FILE`, also where options come before the file.
 fn with_default_command(mut words: Vec<OsString>) -> Vec<OsString> {
-    let first = words.get(1).and_then(|word| word.to_str());
-    let is_file = first.is_some_and(|word| {
-        let is_command = Arguments::command()
-            .get_subcommands()
-            .any(|command| command.get_name() == word);
-        word == "-"
-            || (!word.starts_with('-') && !is_command && word != "help" && word.contains('.'))
-    });
-    if is_file {
+    if first_operand(&words).is_some_and(names_file) {
         words.insert(1, "run".into());
     }
     words
+}
+
+/// The first word that is neither an option of `run` nor the value of one.
+fn first_operand(words: &[OsString]) -> Option<&OsStr> {
+    let mut rest = words.iter().skip(1);
+    while let Some(word) = rest.next() {
+        match word.to_str() {
+            Some("--") => return rest.next().map(OsString::as_os_str),
+            Some(option) if option.starts_with('-') && option != workspace::STANDARD_INPUT => {
+                if takes_next_word(option) {
+                    rest.next();
+                }
+            }
+            _ => return Some(word),
+        }
+    }
+    None
+}
+
+/// Whether the value of this option of `run` is the next word.
+fn takes_next_word(option: &str) -> bool {
+    let Some(name) = option.strip_prefix("--") else {
+        return false;
+    };
+    Arguments::command()
+        .find_subcommand("run")
+        .into_iter()
+        .flat_map(clap::Command::get_arguments)
+        .any(|argument| {
+            argument.get_long() == Some(name)
+                && matches!(argument.get_action(), ArgAction::Set | ArgAction::Append)
+        })
+}
+
+/// Whether a word in the place of a command is a file. A name with a dot is one in any case, so
+/// that a misspelt file is said to be missing and not to be an unknown command.
+fn names_file(word: &OsStr) -> bool {
+    let Some(text) = word.to_str() else {
+        return true;
+    };
+    let is_command = text == "help"
+        || Arguments::command()
+            .get_subcommands()
+            .any(|command| command.get_name() == text);
+    let is_file = text == workspace::STANDARD_INPUT || text.contains('.');
+    !is_command && (is_file || Path::new(text).exists())
 }

@@ -1,24 +1,89 @@
 //! Text for people and programs: standard output, standard error, JSON, exit codes.
 
 use std::io::{self, IsTerminal, Write};
+use std::sync::{Mutex, MutexGuard};
+use std::time::Instant;
 
 use serde_json::{Map, Value as Json};
 
 use super::arguments::{Color, Common};
 use crate::diagnostic::render::render;
-use crate::diagnostic::{Diagnostic, Sources};
+use crate::diagnostic::{Code, Diagnostic, Sources};
+use crate::engine::compilations;
 
-/// Writes data to standard output. When the reader has gone away there is nobody left to tell,
-/// so the process ends quietly, as is the custom for a broken pipe.
+/// What has become of standard output.
+enum StandardOutput {
+    Open,
+    /// The reader has gone away, as `head` does: nobody wants more, and that is no error.
+    Abandoned,
+    Failed(io::Error),
+}
+
+/// There is one standard output, so there is one record of it.
+static STANDARD_OUTPUT: Mutex<StandardOutput> = Mutex::new(StandardOutput::Open);
+
+fn standard_output() -> MutexGuard<'static, StandardOutput> {
+    // A thread that panicked while it held this left a whole value behind.
+    STANDARD_OUTPUT
+        .lock()
+        .unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Writes data and a line's end to standard output. After a failure nothing more is written, but
+/// the work goes on: files are still to be written and assertions to be checked. The failure is
+/// told by [`finish`].
 pub(super) fn data(text: &str) {
-    let mut stdout = io::stdout().lock();
-    let written = stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.write_all(b"\n"))
-        .and_then(|()| stdout.flush());
-    if written.is_err() {
-        std::process::exit(0);
+    print(|| {
+        let mut stdout = io::stdout().lock();
+        stdout.write_all(text.as_bytes())?;
+        stdout.write_all(b"\n")?;
+        stdout.flush()
+    });
+}
+
+/// Prints to standard output with `write`, unless that has failed before, and keeps its failure.
+pub(super) fn print(write: impl FnOnce() -> io::Result<()>) {
+    let mut state = standard_output();
+    if !matches!(*state, StandardOutput::Open) {
+        return;
     }
+    if let Err(error) = write() {
+        *state = match error.kind() {
+            io::ErrorKind::BrokenPipe => StandardOutput::Abandoned,
+            _ => StandardOutput::Failed(error),
+        };
+    }
+}
+
+/// The program's exit code, after a command that ended with `code`: what could not be printed
+/// spoils a success.
+pub(super) fn finish(code: u8) -> u8 {
+    match &*standard_output() {
+        StandardOutput::Failed(error) => {
+            let message = format!("cannot write to standard output: {error}");
+            let error = Diagnostic::error(Code::CannotWrite, message);
+            error_text(&render(&[error], &Sources::default(), false));
+            if code == 0 {
+                Code::CannotWrite.exit_code()
+            } else {
+                code
+            }
+        }
+        _ => code,
+    }
+}
+
+/// A name as it is shown on one line: control characters could change what the terminal says.
+pub(super) fn escaped(name: &str) -> String {
+    let mut shown = String::with_capacity(name.len());
+    for character in name.chars() {
+        if character.is_control() {
+            shown.extend(character.escape_default());
+        } else {
+            shown.push(character);
+        }
+    }
+    shown
 }
 
 /// Writes a message to standard error; there is nowhere to report that this failed.
@@ -44,9 +109,7 @@ pub(super) fn report(errors: &[Diagnostic], sources: &Sources, common: &Common) 
     if common.json
         && let Some(error) = errors.first()
     {
-        let mut object = Map::new();
-        object.insert("error".into(), error_object(error, sources));
-        data(&Json::Object(object).to_string());
+        error_json(error, sources);
     } else {
         error_text(&render(errors, sources, colored(common)));
     }
@@ -56,6 +119,13 @@ pub(super) fn report(errors: &[Diagnostic], sources: &Sources, common: &Common) 
         .map(|error| error.code.exit_code())
         .max()
         .unwrap_or(1)
+}
+
+/// Prints an error as the one JSON object on standard output.
+pub(super) fn error_json(error: &Diagnostic, sources: &Sources) {
+    let mut object = Map::new();
+    object.insert("error".into(), error_object(error, sources));
+    data(&Json::Object(object).to_string());
 }
 
 fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
@@ -74,10 +144,13 @@ fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
     Json::Object(object)
 }
 
-/// Warnings as a list of sentences.
-pub(super) fn warnings_json(warnings: &[Diagnostic]) -> Json {
-    warnings
+/// The ends of every JSON object: compilations, time, warnings.
+pub(super) fn finish_json(object: &mut Map<String, Json>, begun: Instant, warnings: &[Diagnostic]) {
+    object.insert("compilations".into(), compilations().into());
+    object.insert("seconds".into(), begun.elapsed().as_secs_f64().into());
+    let warnings = warnings
         .iter()
         .map(|warning| Json::String(format!("{}: {}", warning.code.as_str(), warning.message)))
-        .collect()
+        .collect();
+    object.insert("warnings".into(), warnings);
 }

@@ -7,15 +7,8 @@ use super::output;
 use super::workspace::Workspace;
 use crate::language::Mode;
 
-/// Runs a script; its exit code.
-pub(super) fn run(command: &Run) -> u8 {
-    match attempt(command) {
-        Ok(()) => 0,
-        Err(code) => code,
-    }
-}
-
-fn attempt(command: &Run) -> Result<(), u8> {
+/// Runs a script; fails with an exit code.
+pub(super) fn run(command: &Run) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&command.file), &command.common, Mode::Run)?;
     workspace.run()?;
     if command.common.json {

@@ -1,7 +1,8 @@
 //! One opened file: its text, its session and what is heard from it.
 
 use std::cell::RefCell;
-use std::io::Read;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Instant;
@@ -9,14 +10,20 @@ use std::time::Instant;
 use serde_json::{Map, Value as Json};
 
 use super::arguments::Common;
-use super::output::{self, colored, report};
+use super::output::{self, colored, escaped, report};
 use super::progress::TerminalProgress;
 use crate::diagnostic::render::render;
 use crate::diagnostic::{Code, Diagnostic, Sources};
-use crate::engine::{Monitor, compilations};
+use crate::engine::Monitor;
 use crate::language::{FieldValue, Host, Limits, Mode, Session, Value};
 use crate::syntax::tree::{Expression, Tree};
 use crate::syntax::{parse, parse_expression};
+
+/// The file name that stands for standard input.
+pub(super) const STANDARD_INPUT: &str = "-";
+
+/// Bytes of the largest source file that is read. Spans count bytes in 32 bits.
+const LARGEST_SOURCE: u64 = 256_000_000;
 
 /// A file that has been read and parsed, with the session that runs it.
 pub(super) struct Workspace {
@@ -77,7 +84,8 @@ impl Host for Terminal {
     fn wrote(&mut self, path: &Path) {
         self.progress.clear();
         if !self.common.quiet && !self.common.json {
-            output::error_text(&format!("wrote {}", path.display()));
+            let name = path.display().to_string();
+            output::error_text(&format!("wrote {}", escaped(&name)));
         }
         self.heard.written.borrow_mut().push(path.to_path_buf());
     }
@@ -93,11 +101,8 @@ impl Workspace {
     /// What is wrong has been reported when this fails; the error is the exit code.
     pub(super) fn open(file: Option<&Path>, common: &Common, mode: Mode) -> Result<Workspace, u8> {
         let begun = Instant::now();
-        set_threads(common);
         let mut sources = Sources::default();
         let fail = |error: Diagnostic, sources: &Sources| report(&[error], sources, common);
-        let limits = limits(common).map_err(|error| fail(error, &sources))?;
-        let directories = output_directories(common).map_err(|error| fail(error, &sources))?;
         let tree = match file {
             None => Tree::default(),
             Some(file) => {
@@ -121,7 +126,12 @@ impl Workspace {
             progress: TerminalProgress::new(common.quiet || common.json),
             common: common.clone(),
         };
-        let session = Session::new(Box::new(host), mode, limits, directories);
+        let session = Session::new(
+            Box::new(host),
+            mode,
+            limits(common),
+            output_directories(common),
+        );
         let mut workspace = Workspace {
             session,
             tree,
@@ -172,111 +182,82 @@ impl Workspace {
         report(errors, &self.heard.sources.borrow(), &self.common)
     }
 
-    /// The ends of every JSON object: compilations, time, warnings.
+    /// The ends of the command's JSON object.
     pub(super) fn finish_json(&self, object: &mut Map<String, Json>) {
-        object.insert("compilations".into(), compilations().into());
-        object.insert("seconds".into(), self.begun.elapsed().as_secs_f64().into());
-        let warnings = output::warnings_json(&self.heard.warnings.borrow());
-        object.insert("warnings".into(), warnings);
+        output::finish_json(object, self.begun, &self.heard.warnings.borrow());
     }
 
     fn apply_settings(&mut self) -> Result<(), u8> {
         for setting in self.common.set.clone() {
-            let Some((name, text)) = setting.split_once('=') else {
-                let error = usage(format!("`--set {setting}` is not of the form NAME=EXPR"));
-                self.fail(&[error]);
-                return Err(super::USAGE);
-            };
-            let expression = self.parse(&format!("<--set {}>", name.trim()), text)?;
-            self.session.set(name.trim(), expression);
+            let origin = format!("<--set {}>", setting.name);
+            let expression = self.parse(&origin, &setting.text)?;
+            self.session.set(&setting.name, expression);
         }
         Ok(())
     }
 }
 
-fn usage(message: String) -> Diagnostic {
-    Diagnostic::error(Code::BadValue, message)
-}
-
-/// The number of threads can be chosen once, before the first work; a second file of the same
-/// command finds it chosen already.
-fn set_threads(common: &Common) {
-    let _ = rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads)
-        .build_global();
-}
-
-fn limits(common: &Common) -> Result<Limits, Diagnostic> {
+fn limits(common: &Common) -> Limits {
     let mut limits = Limits::default();
-    for text in &common.limit {
-        let known = text.split_once('=').is_some_and(|(name, value)| {
-            value
-                .parse()
-                .is_ok_and(|value| limits.set(name.trim(), value))
-        });
-        if !known {
-            return Err(usage(format!(
-                "`--limit {text}` is not of the form NAME=N, where NAME is one of {}",
-                Limits::NAMES.join(", ")
-            )));
-        }
+    for limit in &common.limit {
+        // The command line has been checked for the name.
+        limits.set(&limit.name, limit.value);
     }
-    Ok(limits)
+    limits
 }
 
-fn output_directories(common: &Common) -> Result<Vec<PathBuf>, Diagnostic> {
-    let first = match &common.out {
-        Some(directory) => {
-            std::fs::create_dir_all(directory).map_err(|error| {
-                let message = format!(
-                    "cannot make the output directory `{}`: {error}",
-                    directory.display()
-                );
-                Diagnostic::error(Code::CannotWrite, message)
-            })?;
-            directory.clone()
-        }
-        None => PathBuf::from("."),
-    };
-    Ok(std::iter::once(first)
+/// Where the script may write, first the directory where relative paths start.
+fn output_directories(common: &Common) -> Vec<PathBuf> {
+    let first = common.out.clone().unwrap_or_else(|| PathBuf::from("."));
+    std::iter::once(first)
         .chain(common.allow_write.iter().cloned())
-        .collect())
+        .collect()
+}
+
+/// What messages call a file.
+pub(super) fn source_name(file: &Path) -> String {
+    if file == Path::new(STANDARD_INPUT) {
+        "<stdin>".to_string()
+    } else {
+        file.display().to_string()
+    }
 }
 
 /// The name and text of a file; `-` is standard input.
 fn read(file: &Path) -> Result<(String, String), Diagnostic> {
-    let name = if file == Path::new("-") {
-        "<stdin>".to_string()
-    } else {
-        file.display().to_string()
-    };
-    let mut bytes = Vec::new();
-    let read = if file == Path::new("-") {
-        std::io::stdin().lock().read_to_end(&mut bytes).map(drop)
-    } else if file.is_dir() {
+    let name = source_name(file);
+    let refused = |reason: String| Diagnostic::error(Code::CannotRead, reason);
+    if file.is_dir() {
         return Err(
-            Diagnostic::error(Code::CannotRead, format!("`{name}` is a directory"))
-                .help("name a file that ends with `.imp`"),
+            refused(format!("`{name}` is a directory")).help("name a file that ends with `.imp`")
         );
-    } else {
-        std::fs::read(file).map(|content| bytes = content)
-    };
-    read.map_err(|error| {
-        Diagnostic::error(Code::CannotRead, format!("cannot read `{name}`: {error}"))
-    })?;
-    if bytes.len() > u32::MAX as usize {
-        let message = format!("`{name}` is larger than 4 GiB");
-        return Err(Diagnostic::error(Code::CannotRead, message));
     }
-    match String::from_utf8(bytes) {
-        Ok(text) => Ok((name, text)),
-        Err(error) => {
+    let bytes =
+        read_bytes(file).map_err(|error| refused(format!("cannot read `{name}`: {error}")))?;
+    if bytes.len() as u64 > LARGEST_SOURCE {
+        return Err(refused(format!(
+            "`{name}` is larger than {} MB, the most that a source file may have",
+            LARGEST_SOURCE / 1_000_000
+        )));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| {
             let at = error.utf8_error().valid_up_to();
-            Err(Diagnostic::error(
-                Code::NotText,
-                format!("`{name}` is not UTF-8 text: byte {at} cannot be read"),
-            )
-            .help("save it as UTF-8"))
-        }
+            let message = format!("`{name}` is not UTF-8 text: byte {at} cannot be read");
+            Diagnostic::error(Code::NotText, message).help("save it as UTF-8")
+        })
+        .map(|text| (name, text))
+}
+
+/// At most one byte more than a source file may have: some files never end.
+fn read_bytes(file: &Path) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    if file == Path::new(STANDARD_INPUT) {
+        let stdin = io::stdin().lock();
+        stdin.take(LARGEST_SOURCE + 1).read_to_end(&mut bytes)?;
+    } else {
+        let file = File::open(file)?;
+        file.take(LARGEST_SOURCE + 1).read_to_end(&mut bytes)?;
     }
+    Ok(bytes)
 }

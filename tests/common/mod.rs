@@ -43,12 +43,17 @@ pub(crate) fn imp(words: &[&str]) -> Run {
     imp_in(Path::new(env!("CARGO_MANIFEST_DIR")), words)
 }
 
+/// The program in a directory, still without words.
+pub(crate) fn program(directory: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_imp"));
+    command.current_dir(directory).env("NO_COLOR", "1");
+    command
+}
+
 /// Runs `imp` with these words and this standard input.
 pub(crate) fn imp_with(directory: &Path, words: &[&str], input: &[u8]) -> Run {
-    let mut child = Command::new(env!("CARGO_BIN_EXE_imp"))
+    let mut child = program(directory)
         .args(words)
-        .current_dir(directory)
-        .env("NO_COLOR", "1")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

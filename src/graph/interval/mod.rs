@@ -1,11 +1,12 @@
 //! Guaranteed enclosures: arithmetic on intervals, and what an expression can be on a box.
 //!
 //! An [`Interval`] holds every value that the exact function takes for arguments in its operands,
-//! and every value that the table's correctly rounded value rules compute there. The meaning is
-//! the set-based one of IEEE 1788: arguments outside a function's domain are left out, so √[−1, 4]
-//! is [0, 2], and the result is empty if none is left. An [`Enclosure`] adds whether anything was
-//! left out and whether the function is continuous on the box: a sign change proves a zero only
-//! where it is.
+//! and every finite one that the table's value rules compute there. (There is one gap: where an
+//! exponent itself runs through an interval with an integer inside, repeated multiplication may
+//! miss the true power by more than the enclosure's margin.) The meaning is the set-based one of
+//! IEEE 1788: arguments outside a function's domain are left out, so √[−1, 4] is [0, 2], and the
+//! result is empty if none is left. An [`Enclosure`] adds whether anything was left out and
+//! whether the function is continuous on the box: a sign change proves a zero only where it is.
 //!
 //! `rounding` does the directed rounding by error-free transformations; `arithmetic`,
 //! `elementary`, `periodic` and `power` hold the functions; `rule` joins them with regularity to

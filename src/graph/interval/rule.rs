@@ -2,6 +2,7 @@
 //! does to regularity.
 
 use super::{Enclosure, Interval, Regularity};
+use crate::graph::operation::value::is_integer_power;
 
 /// An operation that is defined and continuous wherever its operands are.
 pub(in crate::graph) fn smooth(operands: &[Enclosure], range: Interval) -> Enclosure {
@@ -59,7 +60,6 @@ pub(in crate::graph) fn divide(operands: &[Enclosure]) -> Enclosure {
 
 /// a^b: defined for positive a, and for every a if b is a non-negative integer constant.
 pub(in crate::graph) fn power(operands: &[Enclosure]) -> Enclosure {
-    use crate::graph::operation::value::is_integer_power;
     let [a, b] = [operands[0].range, operands[1].range];
     let is_integer = b.low == b.high && is_integer_power(b.low);
     let is_defined = match is_integer {

@@ -1,7 +1,7 @@
 //! The table of operations.
 
-use super::super::interval::rule;
 use super::{Derivative, Instruction, MachineCode, Operation, Value, lower, partial, value};
+use crate::graph::interval::rule;
 
 /// Makes the list of operations and their table from one set of entries: the documentation and
 /// the variant's name, then the other fields of [`Operation`].

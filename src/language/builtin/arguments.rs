@@ -3,6 +3,7 @@
 use super::Builtin;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::language::function::{Argument, At, match_arguments};
+use crate::language::list::List;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 
@@ -64,9 +65,8 @@ impl Arguments {
 
     /// The argument of that name, if it was given.
     pub fn given(&self, name: &str) -> Option<&Argument> {
-        let place = fixed_parameters(self.builtin).position(|known| known == name);
-        debug_assert!(place.is_some(), "no parameter {name} in the table");
-        self.places.get(place?)?.as_ref()
+        let place = fixed_parameters(self.builtin).position(|known| known == name)?;
+        self.places.get(place)?.as_ref()
     }
 
     /// The values of all arguments in the order of the parameters.
@@ -158,7 +158,7 @@ impl Arguments {
     }
 
     /// A list.
-    pub fn list(&self, name: &str) -> Outcome<std::rc::Rc<Vec<Value>>> {
+    pub fn list(&self, name: &str) -> Outcome<List> {
         match self.value(name) {
             Value::List(elements) => Ok(elements),
             other => Err(self.expected("a list", name, &other)),

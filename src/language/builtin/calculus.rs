@@ -5,11 +5,12 @@ use std::rc::Rc;
 
 use super::{Arguments, Builtin, find, pure};
 use crate::diagnostic::Code;
-use crate::graph::{Graph, Node, NodeId, Op, derive};
+use crate::graph::{Node, NodeId, Op, derive};
 use crate::language::arithmetic::{apply, node_of, value_of_node};
-use crate::language::field::{FieldValue, derivatives, differentiate, lift};
+use crate::language::field::{derivatives, differentiate, lift, rebuild};
 use crate::language::function::{At, FunctionValue};
 use crate::language::session::Session;
+use crate::language::tracer::Tracer;
 use crate::language::value::{Outcome, Value, failure};
 
 pub(super) const TABLE: &[Builtin] = &[
@@ -84,7 +85,7 @@ fn operator(
     session: &mut Session,
     arguments: &Arguments,
     name: &'static str,
-    rule: impl Fn(&mut Graph, &Value, &[NodeId]) -> Outcome<Value>,
+    rule: impl Fn(&mut Tracer, &Value, &[NodeId]) -> Outcome<Value>,
 ) -> Outcome<Value> {
     match arguments.value("f") {
         Value::Field(field) => differentiate(&mut session.graph, &field, rule),
@@ -99,7 +100,7 @@ fn operator(
     }
 }
 
-fn hessian(graph: &mut Graph, body: &Value, coordinates: &[NodeId]) -> Outcome<Value> {
+fn hessian(graph: &mut Tracer, body: &Value, coordinates: &[NodeId]) -> Outcome<Value> {
     let root = node_of(graph, body)?;
     let rows = derive::hessian(graph, root, coordinates);
     Ok(Value::list(
@@ -120,9 +121,11 @@ fn diff(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let mut variables = Vec::new();
     collect_variables(&session.graph, &variable, &mut variables)
         .at(arguments.place("variable"), "not a variable")?;
-    let rule = |graph: &mut Graph, body: &Value| by_variables(graph, body, &variable, &variables);
+    let rule = |graph: &mut Tracer, body: &Value| by_variables(graph, body, &variable, &variables);
     match arguments.value("f") {
-        Value::Field(field) => diff_field(session, &field, rule),
+        field @ Value::Field(_) => lift(&mut session.graph, &[field], &mut |graph, bodies| {
+            rule(graph, &bodies[0])
+        }),
         scalar @ (Value::Number(_) | Value::Symbol(_) | Value::List(_)) => {
             rule(&mut session.graph, &scalar)
         }
@@ -130,27 +133,9 @@ fn diff(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     }
 }
 
-/// The derivative is taken of the body with parameters still symbols, so that `with` on the
-/// field changes the point q at which it is taken, not the variables.
-fn diff_field(
-    session: &mut Session,
-    field: &FieldValue,
-    rule: impl Fn(&mut Graph, &Value) -> Outcome<Value>,
-) -> Outcome<Value> {
-    let derivative = lift(
-        &mut session.graph,
-        &[Value::Field(field.unchanged())],
-        &mut |graph, bodies| rule(graph, &bodies[0]),
-    )?;
-    Ok(match derivative {
-        Value::Field(derivative) => Value::Field(derivative.with(field.changes())),
-        other => other,
-    })
-}
-
 /// The derivatives of `body` in the shape of `variable`: `variables` are its leaves.
 fn by_variables(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     body: &Value,
     variable: &Value,
     variables: &[NodeId],
@@ -165,10 +150,10 @@ fn by_variables(
     let root = node_of(graph, body)?;
     let partials = derive::reverse(graph, root, variables);
     let mut partials = partials.into_iter().map(|node| value_of_node(graph, node));
-    Ok(crate::language::field::rebuild(variable, &mut partials))
+    Ok(rebuild(variable, &mut partials))
 }
 
-fn collect_variables(graph: &Graph, variable: &Value, variables: &mut Vec<NodeId>) -> Outcome<()> {
+fn collect_variables(graph: &Tracer, variable: &Value, variables: &mut Vec<NodeId>) -> Outcome<()> {
     match variable {
         Value::List(elements) => elements
             .iter()

@@ -51,12 +51,18 @@ pub(super) const TABLE: &[Builtin] = &[
                         value: element.clone(),
                         span: place,
                     };
-                    session.call_value(
+                    let value = session.call_value(
                         &function,
                         vec![argument],
                         arguments.place("f"),
                         arguments.span,
-                    )
+                    )?;
+                    match value {
+                        Value::Nothing => {
+                            Err(arguments.expected("a function that gives a value", "f", &value))
+                        }
+                        value => Ok(value),
+                    }
                 })
                 .collect::<Outcome<_>>()
                 .map(Value::list)

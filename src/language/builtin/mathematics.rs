@@ -5,9 +5,10 @@ use std::sync::LazyLock;
 
 use super::{Arguments, Builtin, Call, pure};
 use crate::diagnostic::Code;
-use crate::graph::{Graph, Op};
+use crate::graph::Op;
 use crate::language::arithmetic::{apply, elementwise};
 use crate::language::session::Session;
+use crate::language::tracer::Tracer;
 use crate::language::value::{Outcome, Value, failure, wrong_kind};
 
 /// Operations that are written with signs, or that have a richer function below.
@@ -234,9 +235,9 @@ pub(super) const TABLE: &[Builtin] = &[
 
 /// Applies a rule for whole values (vectors, lists) to operands or to the bodies of fields.
 fn through_fields(
-    graph: &mut Graph,
+    graph: &mut Tracer,
     operands: &[Value],
-    rule: &mut dyn FnMut(&mut Graph, &[Value]) -> Outcome<Value>,
+    rule: &mut dyn FnMut(&mut Tracer, &[Value]) -> Outcome<Value>,
 ) -> Outcome<Value> {
     crate::language::field::lift(graph, operands, rule)
 }
@@ -257,7 +258,7 @@ fn cube_root(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     apply(graph, Op::Multiply, &[sign, root])
 }
 
-fn clamp(graph: &mut Graph, x: Value, low: Value, high: Value) -> Outcome<Value> {
+fn clamp(graph: &mut Tracer, x: Value, low: Value, high: Value) -> Outcome<Value> {
     let raised = apply(graph, Op::Max, &[x, low])?;
     apply(graph, Op::Min, &[raised, high])
 }
@@ -275,12 +276,12 @@ fn smoothstep(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     apply(graph, Op::Multiply, &[square, rest])
 }
 
-fn norm(graph: &mut Graph, vector: &Value) -> Outcome<Value> {
+fn norm(graph: &mut Tracer, vector: &Value) -> Outcome<Value> {
     let squared = norm2(graph, vector)?;
     apply(graph, Op::SquareRoot, &[squared])
 }
 
-fn norm2(graph: &mut Graph, vector: &Value) -> Outcome<Value> {
+fn norm2(graph: &mut Tracer, vector: &Value) -> Outcome<Value> {
     let squares = elementwise(
         graph,
         std::slice::from_ref(vector),
@@ -292,14 +293,14 @@ fn norm2(graph: &mut Graph, vector: &Value) -> Outcome<Value> {
     }
 }
 
-fn sum(graph: &mut Graph, list: &Value) -> Outcome<Value> {
+fn sum(graph: &mut Tracer, list: &Value) -> Outcome<Value> {
     through_fields(graph, std::slice::from_ref(list), &mut |graph, operands| {
         fold(graph, Op::Add, &operands[0], Some(0.0))
     })
 }
 
 /// Joins the elements of a list from the left.
-fn fold(graph: &mut Graph, op: Op, list: &Value, empty: Option<f64>) -> Outcome<Value> {
+fn fold(graph: &mut Tracer, op: Op, list: &Value, empty: Option<f64>) -> Outcome<Value> {
     let elements = match list {
         Value::List(elements) => elements,
         Value::Unknown => return Ok(Value::Unknown),
@@ -347,7 +348,7 @@ fn extremum(session: &mut Session, arguments: &Arguments, op: Op) -> Outcome<Val
     fold(&mut session.graph, op, &list, None)
 }
 
-fn cross(graph: &mut Graph, operands: &[Value]) -> Outcome<Value> {
+fn cross(graph: &mut Tracer, operands: &[Value]) -> Outcome<Value> {
     let [a, b] = [&operands[0], &operands[1]].map(|value| match value {
         Value::List(elements) => Ok(elements.clone()),
         other => Err(wrong_kind("a vector", other)),

@@ -1,6 +1,6 @@
 //! What a script does: print, assert, export.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
@@ -61,10 +61,11 @@ pub(super) const TABLE: &[Builtin] = &[
 
 fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let place = arguments.place("condition");
+    let message = arguments.text("message")?;
     match session.plain(arguments.value("condition"), place)? {
         Value::Bool(true) => Ok(Value::Nothing),
         Value::Bool(false) => {
-            let message = match arguments.text("message")? {
+            let message = match message {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".into(),
             };
@@ -82,8 +83,16 @@ fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let Some(given) = arguments.text("path")? else {
         return Ok(Value::Nothing);
     };
-    let path = allowed_path(&session.output_directories, Path::new(&given))
-        .at(arguments.place("path"), "this path")?;
+    let place = arguments.place("path");
+    if given.contains(char::is_control) {
+        return Err(arguments.bad("path", "a control character in a file name".into()));
+    }
+    let path =
+        allowed_path(&session.output_directories, Path::new(&given)).at(place, "this path")?;
+    let failed = |error: FileError| file_failure(&error).at(place, "this file");
+    if let Some(directory) = session.output_directories.first() {
+        file::create_folder(directory).map_err(failed)?;
+    }
     let result = match arguments.value("value") {
         Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
         Value::Curves(set) => file::write_curves(&path, &set.curves),
@@ -92,7 +101,7 @@ fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             return Err(arguments.expected("a mesh, curves or samples", "value", &other));
         }
     };
-    result.map_err(|error| file_failure(&error).at(arguments.place("path"), "this file"))?;
+    result.map_err(failed)?;
     session.host.wrote(&path);
     Ok(Value::Nothing)
 }
@@ -107,42 +116,33 @@ pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
     failure(code, error.to_string())
 }
 
-/// Where a script's file goes, if it may: below one of the directories, whatever `..` and links
-/// the path goes through.
+/// Where a script's file goes, if it may: below one of the directories, whatever `..` and
+/// symbolic links the path goes through. None of it needs to exist.
 fn allowed_path(directories: &[PathBuf], given: &Path) -> Outcome<PathBuf> {
-    let refused = || {
-        let mut error = failure(
-            Code::OutsideOutput,
-            format!("`{}` is outside the output directory", given.display()),
-        );
-        error.help = Some("allow it with `--allow-write DIR` or choose it with `--out DIR`".into());
-        error
+    let path = match directories.first() {
+        Some(first) => first.join(given),
+        None => given.to_owned(),
     };
-    let Some(first) = directories.first() else {
-        return Err(refused());
+    let unresolved = |source| {
+        file_failure(&FileError::CannotWrite {
+            path: path.clone(),
+            source,
+        })
     };
-    let path = first.join(given);
-    let Some(name) = path.file_name() else {
-        return Err(refused());
-    };
-    let parent = path.parent().unwrap_or(Path::new("."));
-    // A parent that does not exist cannot be resolved; without `..` it is still below.
-    let resolved = parent
-        .canonicalize()
-        .unwrap_or_else(|_| parent.to_path_buf());
-    let climbs = resolved
-        .components()
-        .any(|component| component == Component::ParentDir);
-    let inside = directories.iter().any(|directory| {
-        let directory = directory
-            .canonicalize()
-            .unwrap_or_else(|_| directory.clone());
-        resolved.starts_with(directory)
-    });
-    if climbs || !inside {
-        return Err(refused());
+    let present = std::env::current_dir().map_err(unresolved)?;
+    let target = file::resolve(&present.join(&path)).map_err(unresolved)?;
+    for directory in directories {
+        let directory = file::resolve(&present.join(directory)).map_err(unresolved)?;
+        if target.starts_with(directory) {
+            return Ok(path);
+        }
     }
-    Ok(path.with_file_name(name))
+    let mut error = failure(
+        Code::OutsideOutput,
+        format!("`{}` is outside the output directory", given.display()),
+    );
+    error.help = Some("allow it with `--allow-write DIR` or choose it with `--out DIR`".into());
+    Err(error)
 }
 
 fn documentation(value: &Value) -> String {

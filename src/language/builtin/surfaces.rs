@@ -94,7 +94,21 @@ fn field_argument(
             let parameters = function.parameter_count();
             let (dimension, as_point) = match (parameters, dimension_hint) {
                 (2 | 3, _) => (parameters, false),
-                (_, hint) => (hint.unwrap_or(3), true),
+                (_, Some(1)) => (1, false),
+                (_, Some(dimension)) => (dimension, true),
+                (_, None) => {
+                    let mut error = arguments.bad(
+                        "f",
+                        "a function of one argument does not tell in how many dimensions it lives"
+                            .into(),
+                    );
+                    error.help = Some(
+                        "give one interval for each axis, as in `bounds = [-1..1, -1..1]`, or \
+                         write a `field`"
+                            .into(),
+                    );
+                    return Err(error);
+                }
             };
             session.function_as_field(&function, dimension, as_point, arguments.place("f"))
         }
@@ -119,9 +133,8 @@ fn compiled_argument(
         }
         None => field.domain(),
     };
-    let q = session.parameters.values().to_vec();
     let compiled = field
-        .compiled(&mut session.graph, &q)
+        .compiled(&mut session.graph, session.parameters.values())
         .at(arguments.place("f"), "this field")?;
     Ok((compiled, bounds))
 }
@@ -202,6 +215,10 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure.help = Some(
                 match (below, above, undefined) {
                     (0, 0, _) => "the field is not a number anywhere in the box",
+                    (_, 0, 1..) => {
+                        "the field is negative (inside) wherever it is a number: it ends where it \
+                     is no longer defined"
+                    }
                     (0, _, _) => {
                         "the field is positive (outside) everywhere: enlarge the box, or use \
                          smaller cells for what is thin"
@@ -271,13 +288,11 @@ fn warn_about_mesh(
             help,
         );
     }
-    if statistics.poor_roots > 0 {
+    let jumps = statistics.poor_roots - statistics.domain_ends;
+    if jumps > 0 {
         warn(
             Code::PoorRoots,
-            format!(
-                "{} changes of sign are jumps or poles rather than zeros of the field",
-                statistics.poor_roots
-            ),
+            format!("{jumps} changes of sign are jumps or poles rather than zeros of the field"),
             "a pole such as 1/x changes its sign without a zero",
         );
     }
@@ -392,9 +407,8 @@ fn thin(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 return Err(failure(Code::MissingArgument, message).at(arguments.span, "here"));
             }
             let field = field_argument(session, arguments, Some(set.samples.dimension))?;
-            let q = session.parameters.values().to_vec();
             let compiled = field
-                .compiled(&mut session.graph, &q)
+                .compiled(&mut session.graph, session.parameters.values())
                 .at(arguments.place("f"), "this field")?;
             sample::thin(&set.samples, delta, sample::Keep::Barycenter(&compiled))
         }

@@ -11,9 +11,13 @@ use crate::language::function::{
 use crate::language::limits::exceeded;
 use crate::language::product;
 use crate::language::scope::Scope;
-use crate::language::session::{Mode, Session};
+use crate::language::session::{BranchKind, Session};
 use crate::language::value::{Outcome, Value, failure};
 use crate::syntax::tree::{self, Expression, ExpressionKind, Name, Pattern};
+
+/// How deep functions are followed where it is unknown whether they are called at all, and so
+/// where their recursion ends.
+const DEEP_ENOUGH: u64 = 100;
 
 impl Session {
     /// `callee(arguments)`, with `first` put before the written arguments. `a.f(b)` calls a
@@ -31,7 +35,7 @@ impl Session {
         let function = match &*callee.kind {
             ExpressionKind::Property { subject, name } => {
                 let value = self.usable(subject, scope)?;
-                match product::property(&value, &name.text) {
+                match self.property(&value, name)? {
                     Some(property) => property,
                     None => {
                         let function = self.method(&value, name, scope)?;
@@ -142,13 +146,20 @@ impl Session {
             .into_iter()
             .map(|argument| argument.value)
             .collect();
-        let q = self.parameters.values().to_vec();
-        let plain = self.tracing == 0;
-        let value = field
-            .call(&mut self.graph, &values, &q, plain)
-            .at(span, "in this call")?;
-        self.check_graph(span)?;
-        Ok(value)
+        let plain = self.graph.level == 0;
+        let mut values = values;
+        if plain
+            && values
+                .iter()
+                .any(|value| matches!(value, Value::Interval(_)))
+        {
+            for value in &mut values {
+                *value = self.plain(value.clone(), span)?;
+            }
+        }
+        field
+            .call(&mut self.graph, &values, self.parameters.values(), plain)
+            .at(span, "in this call")
     }
 
     /// Calls a function.
@@ -174,9 +185,13 @@ impl Session {
         span: Span,
     ) -> Outcome<Value> {
         self.step(span)?;
-        self.depth += 1;
-        if self.depth > self.limits.recursion {
-            self.depth = 0;
+        if let Some(branch) = self.branch
+            && branch.kind == BranchKind::Unknown
+            && self.depth > DEEP_ENOUGH
+        {
+            return Ok(Value::Unknown);
+        }
+        if self.depth >= self.limits.recursion {
             return exceeded(
                 Code::RecursionLimit,
                 "functions call each other too deeply",
@@ -186,10 +201,12 @@ impl Session {
             .at(span, "this call");
         }
         let scope = Scope::inside(&closure.scope);
-        self.bind_arguments(closure, arguments, span, &scope)?;
-        let value = self.expression(&closure.function.body, &scope)?;
-        self.depth = self.depth.saturating_sub(1);
-        Ok(value)
+        self.depth += 1;
+        let value = self
+            .bind_arguments(closure, arguments, span, &scope)
+            .and_then(|()| self.expression(&closure.function.body, &scope));
+        self.depth -= 1;
+        value
     }
 
     fn bind_arguments(
@@ -233,14 +250,14 @@ impl Session {
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
         let arguments = Arguments::new(builtin, arguments, span)?;
         if builtin.acts {
-            if self.tracing > 0 {
+            if self.graph.level > 0 {
                 return Err(failure(
                     Code::WrongKind,
                     format!("`{}` acts, so it cannot stand inside a field", builtin.name),
                 )
                 .at(span, "inside a field's body"));
             }
-            if self.mode == Mode::Check {
+            if !self.acting {
                 return Ok(Value::Unknown);
             }
         }
@@ -248,7 +265,10 @@ impl Session {
             return Ok(Value::Unknown);
         }
         let value = builtin.apply(self, &arguments).at(span, "in this call")?;
-        self.check_graph(span)?;
+        if let Value::List(list) = &value {
+            // Long lists take long to make: a step for every few elements.
+            self.steps += list.leaves() / 16;
+        }
         Ok(value)
     }
 
@@ -306,10 +326,12 @@ impl Session {
                 .map(|coordinate| unnamed(coordinate, span))
                 .collect()
         };
-        let body = self.trace(|session| session.call_function(function, arguments, span))?;
+        let body = self.trace(span, |session| {
+            session.call_function(function, arguments, span)
+        })?;
         let body =
             crate::language::arithmetic::solid_of(&self.graph, &body).at(span, "as a field")?;
-        FieldValue::new(dimension, body, None).at(span, "as a field")
+        FieldValue::new(dimension, self.graph.level, body, None).at(span, "as a field")
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::rc::Rc;
 
-use rustc_hash::FxHashMap;
-
 use crate::diagnostic::{Code, Span};
 use crate::graph::{Node, NodeId};
+use crate::language::arithmetic::not_a_condition;
 use crate::language::function::At;
+use crate::language::list::List;
 use crate::language::scope::Scope;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
@@ -43,33 +43,52 @@ impl Session {
 
     /// The number that a node is under the present parameters. Linear in the nodes it needs.
     fn plain_number(&mut self, node: NodeId, span: Span) -> Outcome<f64> {
-        let support = self.graph.support(&[node]);
-        let on_point = support.coordinates.contains(&true);
-        if on_point || self.tracing > 0 {
-            let what = if on_point { "the point" } else { "parameters" };
-            let mut error = failure(
-                Code::NotConcrete,
-                format!("a plain number is needed here, but this depends on {what}"),
-            )
-            .at(span, format!("depends on {what}").as_str());
-            error.help = Some(
-                "inside a field, counts, indices and loops must be known when the field is made"
-                    .into(),
-            );
-            return Err(error);
+        if self.graph.level == 0 {
+            return Ok(self.number_of_node(node));
         }
+        let on_point = !self.graph.support(&[node]).coordinates.is_empty();
+        let what = if on_point { "the point" } else { "parameters" };
+        let mut error = failure(
+            Code::NotConcrete,
+            format!("a plain number is needed here, but this depends on {what}"),
+        )
+        .at(span, &format!("depends on {what}"));
+        error.help = Some(
+            "inside a field, counts, indices and loops must be known when the field is made".into(),
+        );
+        Err(error)
+    }
+
+    /// The number of a node without coordinates. Each node is computed once in a session, since
+    /// parameters don't change while it lasts.
+    fn number_of_node(&mut self, node: NodeId) -> f64 {
         let q = self.parameters.values();
-        let mut numbers: FxHashMap<NodeId, f64> = FxHashMap::default();
-        for id in self.graph.reachable(&[node]) {
+        let numbers = &mut self.plain_numbers;
+        let mut pending = vec![node];
+        while let Some(&id) = pending.last() {
             let number = match self.graph.node(id) {
+                _ if numbers.contains_key(&id) => {
+                    pending.pop();
+                    continue;
+                }
                 Node::Constant(bits) => f64::from_bits(bits),
                 Node::Coordinate(_) => f64::NAN,
                 Node::Parameter(index) => q[index as usize],
-                Node::Apply(op, operands) => op.value(operands.map(|operand| numbers[&operand])),
+                Node::Apply(op, operands) => {
+                    let missing = operands
+                        .iter()
+                        .find(|operand| !numbers.contains_key(operand));
+                    if let Some(&operand) = missing {
+                        pending.push(operand);
+                        continue;
+                    }
+                    op.value(operands.map(|operand| numbers[&operand]))
+                }
             };
             numbers.insert(id, number);
+            pending.pop();
         }
-        Ok(numbers[&node])
+        numbers[&node]
     }
 
     /// The expression as a plain number; `None` where it is unknown.
@@ -120,7 +139,7 @@ impl Session {
         match self.plain(value, expression.span)? {
             Value::Bool(holds) => Ok(Some(holds)),
             Value::Unknown => Ok(None),
-            other => Err(not_a_condition(&other, expression.span)),
+            other => Err(not_a_condition(&other).at(expression.span, other.kind())),
         }
     }
 
@@ -129,7 +148,7 @@ impl Session {
         &mut self,
         iterable: &Expression,
         scope: &Rc<Scope>,
-    ) -> Outcome<Option<Rc<Vec<Value>>>> {
+    ) -> Outcome<Option<List>> {
         match self.usable(iterable, scope)? {
             Value::List(elements) => Ok(Some(elements)),
             Value::Unknown => Ok(None),
@@ -152,13 +171,4 @@ impl Session {
             .at(iterable.span, other.kind())),
         }
     }
-}
-
-/// The error for something that is neither true nor false.
-pub(crate) fn not_a_condition(value: &Value, span: Span) -> Box<crate::diagnostic::Diagnostic> {
-    failure(
-        Code::NotACondition,
-        format!("expected a condition, found {}", value.kind()),
-    )
-    .at(span, value.kind())
 }

@@ -3,14 +3,15 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::diagnostic::Code;
+use crate::diagnostic::{Code, Span};
 use crate::geometry::Bounds;
 use crate::language::arithmetic::solid_of;
 use crate::language::field::{FieldValue, bounds_of};
 use crate::language::function::{At, Closure, FunctionValue};
 use crate::language::parameters::{self, Parameter};
 use crate::language::scope::{Binding, Scope};
-use crate::language::session::Session;
+use crate::language::session::{BranchKind, Session};
+use crate::language::tracer::DEEPEST_LEVEL;
 use crate::language::value::{Outcome, Value, failure};
 use crate::syntax::tree::{Coordinates, Expression, Function, Name, Statement, StatementKind};
 
@@ -101,7 +102,7 @@ impl Session {
     }
 
     /// `field name(…) over … = body`: traces the body once.
-    pub(super) fn define_field(&mut self, statement: &Statement, scope: &Rc<Scope>) -> Outcome<()> {
+    pub(crate) fn define_field(&mut self, statement: &Statement, scope: &Rc<Scope>) -> Outcome<()> {
         let StatementKind::Field {
             name,
             coordinates,
@@ -114,8 +115,8 @@ impl Session {
         let inner = Scope::inside(scope);
         let dimension = match coordinates {
             Coordinates::Named(names) => {
-                for (axis, name) in names.iter().enumerate() {
-                    let symbol = Value::Symbol(self.graph.coordinate(axis));
+                let symbols = self.coordinate_symbols(names.len());
+                for (name, symbol) in names.iter().zip(symbols) {
                     inner.bind(&name.text, Binding::Constant(symbol));
                 }
                 names.len()
@@ -127,13 +128,13 @@ impl Session {
             }
         };
         let domain = self.domain(domain, dimension, scope)?;
-        let traced = self.trace(|session| session.usable(body, &inner))?;
+        let traced = self.trace(body.span, |session| session.usable(body, &inner))?;
         if traced.is_unknown() {
             scope.bind(&name.text, Binding::Constant(Value::Unknown));
             return Ok(());
         }
         let solid = solid_of(&self.graph, &traced).at(body.span, "as the body of a field")?;
-        let field = FieldValue::new(dimension, solid, domain)
+        let field = FieldValue::new(dimension, self.graph.level, solid, domain)
             .at(body.span, "the body of the field")?
             .named(&name.text, statement.documentation.clone());
         if Rc::ptr_eq(scope, &self.globals) {
@@ -172,19 +173,24 @@ impl Session {
 
     /// The symbols of a point's coordinates.
     pub(crate) fn coordinate_symbols(&mut self, dimension: usize) -> Vec<Value> {
-        (0..dimension)
-            .map(|axis| Value::Symbol(self.graph.coordinate(axis)))
-            .collect()
+        let nodes = self.graph.coordinates(dimension);
+        nodes.into_iter().map(Value::Symbol).collect()
     }
 
-    /// Evaluates while nothing may act and nothing structural may depend on symbols.
+    /// Evaluates a field's body: nothing may act, nothing structural may depend on symbols, and
+    /// nothing outside may be assigned.
     pub(crate) fn trace<T>(
         &mut self,
+        span: Span,
         evaluate: impl FnOnce(&mut Session) -> Outcome<T>,
     ) -> Outcome<T> {
-        self.tracing += 1;
-        let result = evaluate(self);
-        self.tracing -= 1;
+        if self.graph.level == DEEPEST_LEVEL {
+            let message = format!("fields are nested deeper than {DEEPEST_LEVEL}");
+            return Err(failure(Code::RecursionLimit, message).at(span, "this body"));
+        }
+        self.graph.level += 1;
+        let result = self.branch(BranchKind::Traced, evaluate);
+        self.graph.level -= 1;
         result
     }
 }

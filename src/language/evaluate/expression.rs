@@ -4,27 +4,31 @@ use std::rc::Rc;
 
 use crate::diagnostic::{Code, Span, suggest};
 use crate::graph::{Interval, Op};
-use crate::language::arithmetic;
+use crate::language::arithmetic::{self, not_a_condition};
+use crate::language::field;
 use crate::language::function::{At, Closure, FunctionValue};
 use crate::language::limits::exceeded;
+use crate::language::list::List;
 use crate::language::parameters;
 use crate::language::product;
 use crate::language::scope::{Binding, Scope};
-use crate::language::session::Session;
+use crate::language::session::{Branch, BranchKind, Session};
 use crate::language::show;
-use crate::language::value::{Outcome, Value, failure};
+use crate::language::value::{Condition, Outcome, Value, failure};
 use crate::syntax::tree::{
     BinaryOperator, Clause, ComparisonOperator, Expression, ExpressionKind, Name, TextPart,
     UnaryOperator,
 };
 
-use super::concrete::not_a_condition;
 use super::statement::element_place;
 
 /// Stack that an expression's evaluation may need before the next look at what is left, and what
 /// is added when it runs short: deep recursion grows the stack instead of ending the process.
 const STACK_RESERVE: usize = 256 * 1024;
 const STACK_GROWTH: usize = 8 * 1024 * 1024;
+
+/// How deep lists may be nested: what walks over a list may recurse.
+const DEEPEST_LIST: u32 = 64;
 
 impl Session {
     /// The value of an expression.
@@ -33,9 +37,11 @@ impl Session {
         expression: &Expression,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
-        stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
+        let value = stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
             self.expression_kind(expression, scope)
-        })
+        })?;
+        self.check_size(&value, expression.span)?;
+        Ok(value)
     }
 
     fn expression_kind(&mut self, expression: &Expression, scope: &Rc<Scope>) -> Outcome<Value> {
@@ -65,7 +71,7 @@ impl Session {
                 operator,
                 left,
                 right,
-            } => self.binary(*operator, left, right, span, scope),
+            } => self.binary(*operator, left, right, scope),
             ExpressionKind::Comparison { first, rest } => self.comparison(first, rest, span, scope),
             ExpressionKind::Interval { low, high } => self.interval(low, high, span, scope),
             ExpressionKind::Steps { interval, step } => self.steps(interval, step, scope),
@@ -77,7 +83,7 @@ impl Session {
             ExpressionKind::Index { subject, index } => self.index(subject, index, scope),
             ExpressionKind::Property { subject, name } => {
                 let value = self.usable(subject, scope)?;
-                match product::property(&value, &name.text) {
+                match self.property(&value, name)? {
                     Some(found) => Ok(found),
                     None => Err(product::unknown_property(&value, name)),
                 }
@@ -104,18 +110,22 @@ impl Session {
     /// What a name means here.
     pub(crate) fn lookup(&mut self, name: &Name, scope: &Rc<Scope>) -> Outcome<Value> {
         match scope.find(&name.text) {
-            Some((_, Binding::Constant(value) | Binding::Variable(value))) => Ok(value),
-            Some((home, Binding::Lazy(value))) => {
-                home.bind(&name.text, Binding::Busy);
-                let found = self.usable(&value, &home)?;
-                home.bind(&name.text, Binding::Constant(found.clone()));
-                Ok(found)
+            Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
+            Some(Binding::Lazy(_)) if !self.acting => Ok(Value::Unknown),
+            Some(Binding::Lazy(statement)) => {
+                // It is run as if it were its turn in the file, whoever asks for it.
+                let globals = Rc::clone(&self.globals);
+                let level = std::mem::take(&mut self.graph.level);
+                let branch = self.branch.take();
+                let done = self.statement(&statement, &globals);
+                self.graph.level = level;
+                self.branch = branch;
+                done?;
+                match globals.find(&name.text) {
+                    Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
+                    _ => Ok(Value::Unknown),
+                }
             }
-            Some((_, Binding::Busy)) => Err(failure(
-                Code::UnknownName,
-                format!("`{}` is defined by itself", name.text),
-            )
-            .at(name.span, "asked for while it is being evaluated")),
             None => {
                 let mut error = failure(
                     Code::UnknownName,
@@ -215,13 +225,13 @@ impl Session {
         operator: BinaryOperator,
         left: &Expression,
         right: &Expression,
-        span: Span,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
         if let BinaryOperator::And | BinaryOperator::Or = operator {
             return self.connective(operator == BinaryOperator::And, left, right, scope);
         }
         let operands = [self.usable(left, scope)?, self.usable(right, scope)?];
+        let operands = self.settle(operands, [left.span, right.span], false)?;
         let graph = &mut self.graph;
         let result = match operator {
             BinaryOperator::Add => arithmetic::apply(graph, Op::Add, &operands),
@@ -240,9 +250,12 @@ impl Session {
                 arithmetic::apply(graph, Op::Negate, &[removed])
                     .and_then(|outside| arithmetic::apply(graph, Op::Max, &[subject, outside]))
             }
-            BinaryOperator::And | BinaryOperator::Or => unreachable!("handled above"),
+            BinaryOperator::And | BinaryOperator::Or => {
+                let conjunction = operator == BinaryOperator::And;
+                arithmetic::combine(graph, conjunction, &operands[0], &operands[1])
+            }
         };
-        self.check_graph(span)?;
+        let result = result.map(|value| within(operator, &operands, value));
         result.map_err(|error| {
             let label = |value: &Value| format!("this is {}", value.kind());
             if error.labels.is_empty() {
@@ -269,8 +282,11 @@ impl Session {
         }
         let second = self.usable(right, scope)?;
         for (value, place) in [(&first, left), (&second, right)] {
-            if !matches!(value, Value::Bool(_) | Value::Condition(_) | Value::Unknown) {
-                return Err(not_a_condition(value, place.span));
+            if !matches!(
+                value,
+                Value::Bool(_) | Value::Condition(_) | Value::Field(_) | Value::Unknown
+            ) {
+                return Err(not_a_condition(value).at(place.span, value.kind()));
             }
         }
         arithmetic::combine(&mut self.graph, conjunction, &first, &second)
@@ -287,13 +303,14 @@ impl Session {
         let mut all: Option<Value> = None;
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
+            let lists = [&left, &right].map(|value| matches!(value, Value::List(_)));
+            let [left_operand, right] =
+                self.settle([left, right], [span, operand.span], lists.contains(&true))?;
+            left = left_operand;
             let holds = arithmetic::compare(&mut self.graph, *operator, &left, &right)
                 .at(span, "this comparison")?;
             all = Some(match all {
                 None => holds,
-                Some(before @ Value::Field(_)) => {
-                    arithmetic::apply(&mut self.graph, Op::Max, &[before, holds])?
-                }
                 Some(before) => arithmetic::combine(&mut self.graph, true, &before, &holds)
                     .at(span, "this comparison")?,
             });
@@ -343,15 +360,15 @@ impl Session {
             return Ok(Value::Unknown);
         };
         let length = ends.high - ends.low;
-        if distance.is_nan() || distance <= 0.0 || !length.is_finite() {
+        if !(distance > 0.0 && distance.is_finite() && length.is_finite()) {
             return Err(failure(
                 Code::BadValue,
-                "a step must be greater than 0, from end to end",
+                "a step must be greater than 0 and finite, and so must be the way",
             )
             .at(step.span, "this step"));
         }
         // A step that divides the interval up to rounding reaches its upper end.
-        let count = (length / distance + 1e-9).floor();
+        let count = (length / distance * (1.0 + 1e-12)).floor();
         if count >= self.limits.elements as f64 {
             return exceeded(
                 Code::LengthLimit,
@@ -369,7 +386,7 @@ impl Session {
             None => ends.low + index * distance,
         };
         Ok(Value::numbers(
-            (0..=count as u64).map(|index| element(index as f64)),
+            (0..=count as u64).map(|index| element(index as f64).min(ends.high)),
         ))
     }
 
@@ -382,7 +399,19 @@ impl Session {
         let subject_value = self.usable(subject, scope)?;
         let mut changes = Vec::new();
         let mut unknown = false;
-        for (name, expression) in bindings {
+        for (place, (name, expression)) in bindings.iter().enumerate() {
+            if let Some((before, _)) = bindings[..place]
+                .iter()
+                .find(|(before, _)| before.text == name.text)
+            {
+                let message = format!("the parameter `{}` is given twice", name.text);
+                let error = failure(Code::BoundTwice, message);
+                return Err(Box::new(
+                    error
+                        .label(name.span, "the second time")
+                        .label(before.span, "the first time"),
+                ));
+            }
             let parameter = self
                 .parameters
                 .get(&name.text)
@@ -445,6 +474,17 @@ impl Session {
                     element_place(place, elements.len()).at(index.span, "outside the list")?;
                 Ok(elements[place].clone())
             }
+            Value::Field(ref field) if matches!(field.body(), Value::List(_)) => {
+                let pick = |body: &Value| match body {
+                    Value::List(components) => {
+                        let place = element_place(place, components.len())?;
+                        Ok(components[place].clone())
+                    }
+                    scalar => Ok(scalar.clone()),
+                };
+                field::lift(&mut self.graph, &[value], &mut |_, bodies| pick(&bodies[0]))
+                    .at(index.span, "outside the components")
+            }
             other => Err(failure(
                 Code::WrongKind,
                 format!("only lists have elements, but this is {}", other.kind()),
@@ -461,49 +501,182 @@ impl Session {
         span: Span,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
-        let missing = || {
-            failure(
-                Code::WrongKind,
-                "this `if` has no `else`, so it may have no value",
-            )
-            .at(span, "without an `else`")
-        };
-        match self.usable(condition, scope)? {
-            Value::Bool(true) => self.expression(consequence, scope),
-            Value::Bool(false) => match alternative {
-                Some(alternative) => self.expression(alternative, scope),
-                None => Ok(Value::Nothing),
-            },
-            Value::Condition(decided) => {
-                let alternative = alternative.ok_or_else(missing)?;
-                let first = self.usable(consequence, scope)?;
-                let second = self.usable(alternative, scope)?;
-                arithmetic::select(&mut self.graph, decided, &first, &second)
-                    .at(span, "both branches are needed")
-            }
-            Value::Unknown => {
-                self.expression(consequence, scope)?;
-                if let Some(alternative) = alternative {
-                    self.expression(alternative, scope)?;
+        let decided = match self.usable(condition, scope)? {
+            Value::Bool(holds) => holds,
+            Value::Unknown => return self.unknown_choice(consequence, alternative, scope),
+            Value::Condition(open) => {
+                // Where a script's branches do more than give a value, only one may be run.
+                let acts = |branch: &Expression| matches!(&*branch.kind, ExpressionKind::Block(_));
+                let decidable = self.graph.level == 0;
+                let plain = decidable && (acts(consequence) || alternative.is_none_or(acts));
+                if !plain {
+                    let chosen = self.open_choice(open, consequence, alternative, span, scope);
+                    match chosen {
+                        Err(error) if decidable && error.code == Code::WrongKind => {}
+                        chosen => return chosen,
+                    }
                 }
-                Ok(Value::Unknown)
+                match self.plain(Value::Condition(open), condition.span)? {
+                    Value::Bool(holds) => holds,
+                    other => return Err(not_a_condition(&other).at(condition.span, "here")),
+                }
             }
-            other => Err(not_a_condition(&other, condition.span)),
+            other => return Err(not_a_condition(&other).at(condition.span, other.kind())),
+        };
+        match (decided, alternative) {
+            (true, _) => self.expression(consequence, scope),
+            (false, Some(alternative)) => self.expression(alternative, scope),
+            (false, None) => Ok(Value::Nothing),
         }
     }
 
-    /// Checks the graph's size against its limit.
-    pub(crate) fn check_graph(&self, span: Span) -> Outcome<()> {
-        if self.graph.len() as u64 <= self.limits.nodes {
-            return Ok(());
+    /// Both branches under a condition that depends on the point or on parameters, joined by a
+    /// select.
+    fn open_choice(
+        &mut self,
+        condition: Condition,
+        consequence: &Expression,
+        alternative: Option<&Expression>,
+        span: Span,
+        scope: &Rc<Scope>,
+    ) -> Outcome<Value> {
+        let Some(alternative) = alternative else {
+            let message = "this `if` has no `else`, so it may have no value";
+            return Err(failure(Code::WrongKind, message).at(span, "without an `else`"));
+        };
+        let (first, second) = self.branch(BranchKind::Traced, |session| {
+            let first = session.usable(consequence, scope)?;
+            Ok((first, session.usable(alternative, scope)?))
+        })?;
+        arithmetic::select(&mut self.graph, condition, &first, &second)
+            .at(span, "both branches are needed")
+    }
+
+    /// Both branches under an unknown condition: nothing is known afterwards but that they can
+    /// be evaluated.
+    pub(super) fn unknown_choice(
+        &mut self,
+        consequence: &Expression,
+        alternative: Option<&Expression>,
+        scope: &Rc<Scope>,
+    ) -> Outcome<Value> {
+        self.branch(BranchKind::Unknown, |session| {
+            session.expression(consequence, scope)?;
+            if let Some(alternative) = alternative {
+                session.expression(alternative, scope)?;
+            }
+            Ok(Value::Unknown)
+        })
+    }
+
+    /// Evaluates a part of the program of which it is open whether it is meant.
+    pub(super) fn branch<T>(
+        &mut self,
+        kind: BranchKind,
+        evaluate: impl FnOnce(&mut Session) -> Outcome<T>,
+    ) -> Outcome<T> {
+        let since = Scope::now();
+        let outer = self.branch.replace(Branch { since, kind });
+        let result = evaluate(self);
+        self.branch = outer;
+        result
+    }
+
+    /// A property of a value; those of a vector field's vectors are fields.
+    pub(super) fn property(&mut self, value: &Value, name: &Name) -> Outcome<Option<Value>> {
+        match value {
+            Value::Field(field) if product::property(field.body(), &name.text).is_some() => {
+                let operands = std::slice::from_ref(value);
+                field::lift(&mut self.graph, operands, &mut |_, bodies| {
+                    product::property(&bodies[0], &name.text)
+                        .ok_or_else(|| product::unknown_property(&bodies[0], name))
+                })
+                .map(Some)
+            }
+            other => Ok(product::property(other, &name.text)),
         }
-        exceeded(
-            Code::NodeLimit,
-            "the expression graph is too large",
-            "nodes",
-            self.limits.nodes,
-        )
-        .at(span, "while tracing this")
+    }
+
+    /// In a script, where operands meet whose operation needs plain numbers (intervals, or lists
+    /// that are `compared`), parameters are taken at their present values.
+    fn settle(
+        &mut self,
+        operands: [Value; 2],
+        spans: [Span; 2],
+        compared: bool,
+    ) -> Outcome<[Value; 2]> {
+        let needs_plain = |value: &Value| match value {
+            Value::Interval(_) => true,
+            Value::List(elements) => elements
+                .iter()
+                .any(|element| matches!(element, Value::Interval(_))),
+            _ => false,
+        };
+        if self.graph.level > 0 || !(compared || operands.iter().any(needs_plain)) {
+            return Ok(operands);
+        }
+        let [left, right] = operands;
+        Ok([self.plain(left, spans[0])?, self.plain(right, spans[1])?])
+    }
+
+    /// Checks what an expression has made against the limits.
+    fn check_size(&mut self, value: &Value, span: Span) -> Outcome<()> {
+        if self.graph.len() as u64 > self.limits.nodes {
+            let limit = self.limits.nodes;
+            let what = "the expression graph is too large";
+            return exceeded(Code::NodeLimit, what, "nodes", limit).at(span, "while tracing this");
+        }
+        match value {
+            Value::List(list) if list.depth() > DEEPEST_LIST => Err(failure(
+                Code::LengthLimit,
+                format!("lists are nested deeper than {DEEPEST_LIST}"),
+            )
+            .at(span, "this list")),
+            Value::List(list)
+                if list.leaves() > self.limits.elements
+                    || List::alive() > 4 * self.limits.elements =>
+            {
+                let limit = self.limits.elements;
+                exceeded(
+                    Code::LengthLimit,
+                    "the lists are too long",
+                    "elements",
+                    limit,
+                )
+                .at(span, "this list")
+            }
+            Value::Text(text) if text.len() as u64 > self.limits.characters => {
+                let limit = self.limits.characters;
+                exceeded(
+                    Code::LengthLimit,
+                    "the string is too long",
+                    "characters",
+                    limit,
+                )
+                .at(span, "this string")
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// An intersection lies in either operand and a difference in its first, so one box is enough to
+/// know where to look.
+fn within(operator: BinaryOperator, operands: &[Value; 2], value: Value) -> Value {
+    let domain = |operand: &Value| match operand {
+        Value::Field(field) => field.domain(),
+        _ => None,
+    };
+    match value {
+        Value::Field(field) if field.domain().is_none() => {
+            let domain = match operator {
+                BinaryOperator::Intersection => domain(&operands[0]).or(domain(&operands[1])),
+                BinaryOperator::Difference => domain(&operands[0]),
+                _ => None,
+            };
+            Value::Field(field.with_domain(domain))
+        }
+        other => other,
     }
 }
 

@@ -3,23 +3,56 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
-use crate::diagnostic::{Code, Span};
+use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::language::function::At;
 use crate::language::limits::exceeded;
+use crate::language::resolve::pattern_names;
 use crate::language::scope::{Binding, Scope};
-use crate::language::session::{Mode, Session};
+use crate::language::session::{BranchKind, Mode, Session};
 use crate::language::value::{Outcome, Value, failure};
-use crate::syntax::tree::{Block, Expression, ExpressionKind, Pattern, Statement, StatementKind};
+use crate::syntax::tree::{
+    Block, Expression, ExpressionKind, Name, Pattern, Statement, StatementKind,
+};
 
 impl Session {
-    /// Runs one statement; its value is that of an expression on its own, else nothing.
-    pub(crate) fn statement(
+    /// Runs a statement of the file. Where actions are not done yet, a definition that needs
+    /// them is kept for later.
+    pub(crate) fn top_statement(
         &mut self,
         statement: &Statement,
         scope: &Rc<Scope>,
-        top: bool,
-    ) -> Outcome<Value> {
-        let lazy = top && self.mode == Mode::Define;
+    ) -> Outcome<()> {
+        self.statement(statement, scope)?;
+        if self.mode != Mode::Define {
+            return Ok(());
+        }
+        let unknown = |name: &Name| {
+            matches!(
+                scope.find(&name.text),
+                Some(Binding::Constant(value) | Binding::Variable(value)) if value.is_unknown()
+            )
+        };
+        match &statement.kind {
+            StatementKind::Let { pattern, .. } => {
+                let names = pattern_names(pattern);
+                if names.iter().any(|name| unknown(name)) {
+                    let later = Rc::new(statement.clone());
+                    for name in names {
+                        scope.bind(&name.text, Binding::Lazy(Rc::clone(&later)));
+                    }
+                }
+            }
+            StatementKind::Field { name, .. } if unknown(name) => {
+                scope.bind(&name.text, Binding::Lazy(Rc::new(statement.clone())));
+                self.postponed.push(statement.clone());
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Runs one statement; its value is that of an expression on its own, else nothing.
+    pub(crate) fn statement(&mut self, statement: &Statement, scope: &Rc<Scope>) -> Outcome<Value> {
         match &statement.kind {
             StatementKind::Parameter { name, value, range } => {
                 self.define_parameter(name, value, range.as_ref(), statement, scope)?;
@@ -28,13 +61,6 @@ impl Session {
                 self.define_function(name, function, statement, scope);
             }
             StatementKind::Field { .. } => self.define_field(statement, scope)?,
-            StatementKind::Let {
-                pattern: Pattern::Name(name),
-                value,
-            } if lazy => scope.bind(&name.text, Binding::Lazy(value.clone())),
-            StatementKind::Variable { name, value } if lazy => {
-                scope.bind(&name.text, Binding::Lazy(value.clone()));
-            }
             StatementKind::Let { pattern, value } => {
                 let found = self.usable(value, scope)?;
                 self.bind(pattern, found, value.span, scope)?;
@@ -43,8 +69,6 @@ impl Session {
                 let found = self.usable(value, scope)?;
                 scope.bind(&name.text, Binding::Variable(found));
             }
-            // What follows acts, or is about what acted: not asked for here.
-            _ if lazy => {}
             StatementKind::Assignment { target, value } => self.assign(target, value, scope)?,
             StatementKind::For {
                 pattern,
@@ -65,7 +89,7 @@ impl Session {
         let inner = Scope::inside(scope);
         let mut last = Value::Nothing;
         for statement in &block.statements {
-            last = self.statement(statement, &inner, false)?;
+            last = self.statement(statement, &inner)?;
         }
         Ok(last)
     }
@@ -127,7 +151,7 @@ impl Session {
         else {
             return self.expression(expression, scope);
         };
-        if self.tracing > 0 {
+        if self.graph.level > 0 {
             return self.expression(expression, scope);
         }
         match self.plain_condition(condition, scope)? {
@@ -136,13 +160,7 @@ impl Session {
                 Some(alternative) => self.expression(alternative, scope),
                 None => Ok(Value::Nothing),
             },
-            None => {
-                self.expression(consequence, scope)?;
-                if let Some(alternative) = alternative {
-                    self.expression(alternative, scope)?;
-                }
-                Ok(Value::Unknown)
-            }
+            None => self.unknown_choice(consequence, alternative.as_ref(), scope),
         }
     }
 
@@ -154,9 +172,11 @@ impl Session {
         scope: &Rc<Scope>,
     ) -> Outcome<()> {
         let Some(elements) = self.elements(iterable, scope)? else {
-            let inner = Scope::inside(scope);
-            self.bind(pattern, Value::Unknown, iterable.span, &inner)?;
-            return self.block(body, &inner).map(drop);
+            return self.branch(BranchKind::Unknown, |session| {
+                let inner = Scope::inside(scope);
+                session.bind(pattern, Value::Unknown, iterable.span, &inner)?;
+                session.block(body, &inner).map(drop)
+            });
         };
         for element in elements.iter() {
             self.step(iterable.span)?;
@@ -178,7 +198,11 @@ impl Session {
             match self.plain_condition(condition, scope)? {
                 Some(true) => drop(self.block(body, scope)?),
                 Some(false) => return Ok(()),
-                None => return self.block(body, scope).map(drop),
+                None => {
+                    return self.branch(BranchKind::Unknown, |session| {
+                        session.block(body, scope).map(drop)
+                    });
+                }
             }
         }
     }
@@ -195,8 +219,19 @@ impl Session {
         let Some(path) = path.into_iter().rev().collect::<Option<Vec<i64>>>() else {
             return Ok(()); // An unknown index changes an unknown element.
         };
-        match scope.update(&name, |variable| replace_element(variable, &path, new)) {
-            Some(result) => result.at(target.span, "this element"),
+        let branch = self.branch;
+        let assigned = scope.update(&name, |variable, age| match branch {
+            Some(branch) if age < branch.since => match branch.kind {
+                BranchKind::Unknown => {
+                    *variable = Value::Unknown;
+                    Ok(())
+                }
+                BranchKind::Traced => Err(outer_assignment(&name)),
+            },
+            _ => replace_element(variable, &path, new),
+        });
+        match assigned {
+            Some(result) => result.at(target.span, "assigned here"),
             None => Err(failure(
                 Code::NotAssignable,
                 format!("`{name}` is not a `var`, so it keeps its value"),
@@ -257,6 +292,19 @@ impl Session {
     }
 }
 
+/// The error for changing, where both branches of a condition are traced, what was there before.
+fn outer_assignment(name: &str) -> Box<Diagnostic> {
+    let mut error = failure(
+        Code::NotAssignable,
+        format!("`{name}` cannot be assigned here, where it is open whether this is meant"),
+    );
+    error.help = Some(format!(
+        "the condition depends on the point or on parameters: write `{name} = if … then … else …`; \
+         and a field's body changes nothing outside itself"
+    ));
+    error
+}
+
 fn replace_element(variable: &mut Value, path: &[i64], new: Value) -> Outcome<()> {
     let Some((&index, rest)) = path.split_first() else {
         *variable = new;
@@ -266,7 +314,7 @@ fn replace_element(variable: &mut Value, path: &[i64], new: Value) -> Outcome<()
         Value::Unknown => Ok(()),
         Value::List(elements) => {
             let place = element_place(index, elements.len())?;
-            replace_element(&mut Rc::make_mut(elements)[place], rest, new)
+            elements.change(place, |element| replace_element(element, rest, new))
         }
         other => Err(failure(
             Code::WrongKind,
