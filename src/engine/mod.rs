@@ -15,8 +15,6 @@ mod program;
 
 mod block;
 
-pub mod math;
-
 mod tape;
 
 mod compiled;
