@@ -25,7 +25,7 @@ pub(super) enum Operand {
 /// that has its place in the list.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
-    /// What to do; never an operation that needs lowering.
+    /// What to do; after [`lower`] never an operation that needs lowering.
     pub(super) operation: Op,
     /// The operands, of which the operation's arity count; the others repeat the first.
     pub(super) operands: [Operand; 3],
@@ -70,13 +70,23 @@ pub(super) fn lower(
     parameters: usize,
 ) -> Lowered {
     let (graph, roots) = without_lowerings(graph, roots);
+    list(&graph, &roots, dimension, parameters)
+}
+
+/// The same without replacing any operation: for those who have a rule for each.
+pub(super) fn list(
+    graph: &Graph,
+    roots: &[NodeId],
+    dimension: usize,
+    parameters: usize,
+) -> Lowered {
     let mut lowered = Lowered {
         dimension,
         parameters,
         ..Lowered::default()
     };
     let mut places = vec![Operand::Constant(0.0); graph.len()];
-    for id in graph.reachable(&roots) {
+    for id in graph.reachable(roots) {
         places[id.index()] = match graph.node(id) {
             Node::Constant(bits) => Operand::Constant(f64::from_bits(bits)),
             Node::Coordinate(axis) if usize::from(axis) < dimension => Operand::Coordinate(axis),

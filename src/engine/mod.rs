@@ -5,17 +5,23 @@
 //! know only the [`Field`] trait and the [`Monitor`] to which they report.
 //!
 //! The way through: `program` makes the derivatives, `lower` turns each wanted set of functions
-//! into a list of steps, and `kernel` runs the list, by `jit` (machine code) or by `interpret`
-//! (the reference, the same to the last bit).
+//! into a list of steps, and `kernel` runs the list: by `jit` (machine code), by `block` (the
+//! steps as a `tape`, each run over many points) or by `interpret` (the reference).
 
 mod field;
 mod monitor;
 
 mod program;
 
+mod block;
+
+mod tape;
+
 mod compiled;
 
 mod kernel;
+
+pub mod math;
 
 mod lower;
 
@@ -23,6 +29,7 @@ mod interpret;
 
 mod jit;
 
+pub use block::Kernels;
 pub use compiled::CompiledField;
 pub use field::Field;
 pub use jit::compilations;

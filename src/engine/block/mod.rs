@@ -1,0 +1,117 @@
+//! The block tier: runs a tape instruction by instruction over blocks of points in the cache.
+//!
+//! Nothing is compiled at run time, so it serves where machine code cannot be made, and it is
+//! faster than machine code for many points, because its vectors are as wide as the processor's.
+//! [`table`] is the list of kernels with their formulas, written for any [`number::Number`];
+//! [`execute`] walks over tape and blocks; [`dispatch`] compiles both for several instruction sets
+//! and holds the tier's only `unsafe`, the calls into those. [`bounds`] makes enclosures a number
+//! of tapes, and [`enclose`] runs them over boxes.
+//!
+//! On f64 the results are those of the interpreter, to the last bit, whatever the instruction set
+//! and the length of a batch. On f32 every operation rounds to f32.
+
+mod bounds;
+mod dispatch;
+mod enclose;
+mod execute;
+mod number;
+mod table;
+
+use super::tape::Tape;
+pub use dispatch::Kernels;
+pub(super) use enclose::Enclosures;
+use execute::Columns;
+use number::{LANES, Number};
+pub(super) use table::{Code, Kernel, Kind};
+
+/// The bytes that the registers of a group of blocks may fill.
+const CACHE: usize = 1 << 15;
+
+/// The most blocks that are computed at a time.
+const LARGEST_GROUP: usize = 8;
+
+/// The bytes of registers beyond which a tape is not run.
+const LARGEST_MEMORY: usize = 1 << 28;
+
+/// A floating-point number: f64 or f32, whose blocks are arrays.
+pub(super) trait Float: Number<Block = [Self; LANES]> + Default {}
+
+impl Float for f64 {}
+impl Float for f32 {}
+
+/// Runs the tape at the first `count` points of the columns, which all have as many. `scalars` is
+/// what the tape's instructions refer to as such. Returns false, and does nothing, if the tape
+/// needs too much memory.
+pub(super) fn run<T: Float>(
+    tape: &Tape,
+    kernels: Kernels,
+    count: usize,
+    points: &[&[T]],
+    scalars: &[T],
+    outputs: &mut [&mut [T]],
+) -> bool {
+    let block = tape.registers * size_of::<T::Block>();
+    if block > LARGEST_MEMORY {
+        return false;
+    }
+    let group = (CACHE / block.max(1)).clamp(1, LARGEST_GROUP);
+    let whole = count / LANES * LANES;
+    let rest = count - whole;
+    let remainder = if rest > 0 {
+        points.len() + outputs.len()
+    } else {
+        0
+    };
+    T::with_memory(group * tape.registers + remainder, |memory| {
+        let (registers, buffers) = memory.split_at_mut(group * tape.registers);
+        if whole > 0 {
+            let points: Vec<&[T::Block]> = points
+                .iter()
+                .map(|column| column[..whole].as_chunks().0)
+                .collect();
+            let mut outputs: Vec<&mut [T::Block]> = outputs
+                .iter_mut()
+                .map(|column| column[..whole].as_chunks_mut().0)
+                .collect();
+            let mut columns = Columns {
+                points: &points,
+                scalars,
+                outputs: &mut outputs,
+            };
+            dispatch::run(kernels, tape, group, registers, &mut columns);
+        }
+        if rest > 0 {
+            let range = whole..count;
+            let (inputs, results) = buffers.split_at_mut(points.len());
+            for (block, column) in inputs.iter_mut().zip(points) {
+                // The lanes that are left over hold numbers of earlier calls; nobody reads what
+                // becomes of them.
+                block[..rest].copy_from_slice(&column[range.clone()]);
+            }
+            run_block(tape, kernels, inputs, scalars, registers, results);
+            for (block, column) in results.iter().zip(outputs) {
+                column[range.clone()].copy_from_slice(&block[..rest]);
+            }
+        }
+    });
+    true
+}
+
+/// Runs the tape on one block.
+fn run_block<N: Number>(
+    tape: &Tape,
+    kernels: Kernels,
+    points: &[N::Block],
+    scalars: &[N],
+    registers: &mut [N::Block],
+    results: &mut [N::Block],
+) {
+    let points: Vec<&[N::Block]> = points.iter().map(std::slice::from_ref).collect();
+    let mut outputs: Vec<&mut [N::Block]> = results.iter_mut().map(std::slice::from_mut).collect();
+    let mut columns = Columns {
+        points: &points,
+        scalars,
+        outputs: &mut outputs,
+    };
+    dispatch::run(kernels, tape, 1, registers, &mut columns);
+}
