@@ -425,7 +425,8 @@ mod tests {
                 0 => torus(2.0, 0.5, 8, 5),
                 1 => disk(12),
                 2 => disjoint_union(cube(1.0, DVec3::ZERO), &octahedron()),
-                _ => disjoint_union(torus(1.0, 0.5, 3, 4), &moebius_strip()),
+                // No Möbius strip: the seam where its faces disagree may itself be collapsed.
+                _ => disjoint_union(torus(1.0, 0.5, 3, 4), &disk(7)),
             };
             for hole in holes {
                 let triangle = hole % mesh.triangles.len();
