@@ -260,3 +260,6 @@ fn allocate(drafts: Vec<Draft>, outputs: &[Place]) -> Tape {
     }
     tape
 }
+
+#[cfg(test)]
+mod tests;
