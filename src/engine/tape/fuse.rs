@@ -1,9 +1,9 @@
 //! Fusing: an operation takes over the one that makes its operand.
 //!
 //! Only an intermediate result that has no other use disappears, and only where there is a kernel
-//! for the pair (or the triple). Which pairs have one was found by counting them in solids,
-//! pictures of text, sums of Gaussians and their derivatives. Fusing changes no bits: every
-//! operation still rounds.
+//! for the pair (or the triple). Which pairs have one was chosen by reasoning about solids, sums
+//! of Gaussians and their derivatives; what each of them gains has not been measured by itself.
+//! Fusing changes no bits: every operation still rounds.
 
 use crate::engine::block::{Kernel, Kind};
 use crate::engine::lower::{Lowered, Operand, Step};
