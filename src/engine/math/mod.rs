@@ -20,7 +20,7 @@
 //! | asin | 0.66 | 0.68 | pow | 0.77 | 0.77 |
 //! | acos | 0.60 | 0.66 | hypot | 0.51 | 0.51 |
 //!
-//! The functions of this module take one value, those of [`slice`] as many as there are. All are
+//! The functions of this module take one value, those of [`mod@slice`] as many as there are. All are
 //! `#[inline(always)]`, so that a caller with `#[target_feature]` gets code for its features.
 //! Special values are those of C99, except that NaN in any operand of [`pow`] or [`hypot`] gives
 //! NaN. Which NaN (sign and payload) is not specified.
