@@ -134,7 +134,7 @@ pub(super) const UNARY: &[Unary] = &[
     ),
     unary!(sinh, (-6.0, 6.0), (-711.0, 711.0), LN2_HALVES, (0.86, 0.8)),
     unary!(cosh, (-6.0, 6.0), (-711.0, 711.0), LN2_HALVES, (0.75, 0.77)),
-    unary!(tanh, (-6.0, 6.0), (-25.0, 25.0), LN2_HALVES, (0.72, 0.72)),
+    unary!(tanh, (-6.0, 6.0), (-25.0, 25.0), LN2_HALVES, (0.72, 0.74)),
 ];
 
 pub(super) const BINARY: &[Binary] = &[
