@@ -7,7 +7,20 @@
 //! not good (circular functions of huge angles, powers of 0, hypotenuses that would overflow), the
 //! correctly rounded function is called instead.
 //!
-//! The functions of this module take one value, those of [`slice`] as many as there are. All are
+//! The largest errors found, in units in the last place, for f32 over all arguments (of pairs, ten
+//! million), for f64 over ten million arguments, usual, hard and arbitrary:
+//!
+//! | | f64 | f32 | | f64 | f32 |
+//! | --- | --- | --- | --- | --- | --- |
+//! | exp | 0.76 | 0.78 | atan | 0.72 | 0.74 |
+//! | log | 0.65 | 0.68 | atan2 | 0.75 | 0.75 |
+//! | sin | 0.73 | 0.75 | sinh | 0.84 | 0.80 |
+//! | cos | 0.73 | 0.74 | cosh | 0.71 | 0.77 |
+//! | tan | 0.85 | 0.88 | tanh | 0.69 | 0.73 |
+//! | asin | 0.66 | 0.68 | pow | 0.77 | 0.77 |
+//! | acos | 0.60 | 0.66 | hypot | 0.51 | 0.51 |
+//!
+//! The functions of this module take one value, those of [`mod@slice`] as many as there are. All are
 //! `#[inline(always)]`, so that a caller with `#[target_feature]` gets code for its features.
 //! Special values are those of C99, except that NaN in any operand of [`pow`] or [`hypot`] gives
 //! NaN. Which NaN (sign and payload) is not specified.
