@@ -10,6 +10,8 @@
 pub mod diagnostic;
 pub mod syntax;
 
+pub mod math;
+
 pub mod graph;
 
 pub mod engine;

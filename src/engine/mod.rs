@@ -21,8 +21,6 @@ mod compiled;
 
 mod kernel;
 
-pub mod math;
-
 mod lower;
 
 mod interpret;

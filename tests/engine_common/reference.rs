@@ -1,7 +1,7 @@
 //! What an expression is worth in f64 or f32, node by node: IEEE operations of that type, the
 //! engine's elementary functions, and f64 for what does not depend on the point.
 
-use imp::engine::math::{self, Elementary};
+use imp::math::{self, Elementary};
 use imp::graph::operation::value::is_integer_power;
 use imp::graph::{Graph, Node, NodeId, Op};
 use std::fmt::LowerExp;

@@ -9,7 +9,7 @@
 //! errors are below one.
 
 use super::number::{LANES, Number, lend};
-use crate::engine::math::slice;
+use crate::math::slice;
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
 

@@ -4,7 +4,7 @@
 //! each is an IEEE operation or a branch-free combination of some, so that a loop over lanes
 //! becomes vector code of any width with the bits of the table's value rules.
 
-use crate::engine::math::slice;
+use crate::math::slice;
 use crate::graph::Op;
 use crate::graph::operation::value::is_integer_power;
 

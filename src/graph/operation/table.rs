@@ -2,6 +2,7 @@
 
 use super::{Derivative, Instruction, MachineCode, Operation, Value, lower, partial, value};
 use crate::graph::interval::rule;
+use crate::math::scalar;
 
 /// Makes the list of operations and their table from one set of entries: the documentation and
 /// the variant's name, then the other fields of [`Operation`].
@@ -125,7 +126,7 @@ operations! {
     /// The exponential function e^a.
     Exp {
         name: "exp",
-        value: Value::One(core_math::exp),
+        value: Value::One(scalar::exp),
         interval: |a| rule::smooth(a, a[0].range.exp()),
         derivative: Derivative::Partials(&[partial::result]),
         code: MachineCode::Host,
@@ -134,7 +135,7 @@ operations! {
     /// The natural logarithm of a.
     Log {
         name: "log",
-        value: Value::One(core_math::log),
+        value: Value::One(scalar::log),
         interval: |a| rule::within(a[0].range.low > 0.0, a, a[0].range.log()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| partial::reciprocal(graph, a)]),
         code: MachineCode::Host,
@@ -143,7 +144,7 @@ operations! {
     /// The sine of a, in radians.
     Sin {
         name: "sin",
-        value: Value::One(core_math::sin),
+        value: Value::One(scalar::sin),
         interval: |a| rule::smooth(a, a[0].range.sin()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cos, &[a])]),
         code: MachineCode::Host,
@@ -152,7 +153,7 @@ operations! {
     /// The cosine of a, in radians.
     Cos {
         name: "cos",
-        value: Value::One(core_math::cos),
+        value: Value::One(scalar::cos),
         interval: |a| rule::smooth(a, a[0].range.cos()),
         derivative: Derivative::Partials(&[partial::cos]),
         code: MachineCode::Host,
@@ -161,7 +162,7 @@ operations! {
     /// The tangent of a, in radians.
     Tan {
         name: "tan",
-        value: Value::One(core_math::tan),
+        value: Value::One(scalar::tan),
         interval: |a| rule::within(!a[0].range.has_tangent_pole(), a, a[0].range.tan()),
         derivative: Derivative::Partials(&[partial::tan]),
         code: MachineCode::Host,
@@ -170,7 +171,7 @@ operations! {
     /// The angle in [−π/2, π/2] whose sine is a.
     Asin {
         name: "asin",
-        value: Value::One(core_math::asin),
+        value: Value::One(scalar::asin),
         interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.asin()),
         derivative: Derivative::Partials(&[partial::asin]),
         code: MachineCode::Host,
@@ -179,7 +180,7 @@ operations! {
     /// The angle in [0, π] whose cosine is a.
     Acos {
         name: "acos",
-        value: Value::One(core_math::acos),
+        value: Value::One(scalar::acos),
         interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.acos()),
         derivative: Derivative::Partials(&[partial::acos]),
         code: MachineCode::Host,
@@ -188,7 +189,7 @@ operations! {
     /// The angle in [−π/2, π/2] whose tangent is a.
     Atan {
         name: "atan",
-        value: Value::One(core_math::atan),
+        value: Value::One(scalar::atan),
         interval: |a| rule::smooth(a, a[0].range.atan()),
         derivative: Derivative::Partials(&[partial::atan]),
         code: MachineCode::Host,
@@ -206,7 +207,7 @@ operations! {
     /// The hyperbolic sine of a.
     Sinh {
         name: "sinh",
-        value: Value::One(core_math::sinh),
+        value: Value::One(scalar::sinh),
         interval: |a| rule::smooth(a, a[0].range.sinh()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cosh, &[a])]),
         code: MachineCode::Host,
@@ -215,7 +216,7 @@ operations! {
     /// The hyperbolic cosine of a.
     Cosh {
         name: "cosh",
-        value: Value::One(core_math::cosh),
+        value: Value::One(scalar::cosh),
         interval: |a| rule::smooth(a, a[0].range.cosh()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Sinh, &[a])]),
         code: MachineCode::Host,
@@ -224,7 +225,7 @@ operations! {
     /// The hyperbolic tangent of a.
     Tanh {
         name: "tanh",
-        value: Value::One(core_math::tanh),
+        value: Value::One(scalar::tanh),
         interval: |a| rule::smooth(a, a[0].range.tanh()),
         derivative: Derivative::Partials(&[partial::tanh]),
         code: MachineCode::Host,

@@ -5,6 +5,8 @@
 //! (`lower`) must reproduce them exactly. NaN in any operand gives NaN, except where a
 //! comparison, `select` or `chain_product` says otherwise.
 
+use crate::math::scalar;
+
 /// The largest magnitude of an exponent that is taken by repeated multiplication.
 pub const LARGEST_INTEGER_POWER: f64 = 1024.0;
 
@@ -19,14 +21,14 @@ pub(in crate::graph) fn is_power_of_two(a: f64) -> bool {
     a.is_normal() && a.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1) == 0
 }
 
-/// a^b. Integer exponents by repeated multiplication, every other one correctly rounded.
+/// a^b. Integer exponents by repeated multiplication, every other one by [`scalar::pow`].
 pub(in crate::graph) fn power(base: f64, exponent: f64) -> f64 {
     if base.is_nan() || exponent.is_nan() {
         f64::NAN
     } else if is_integer_power(exponent) {
         integer_power(base, exponent)
     } else {
-        core_math::pow(base, exponent)
+        scalar::pow(base, exponent)
     }
 }
 
@@ -117,20 +119,20 @@ pub(super) fn max(a: f64, b: f64) -> f64 {
     }
 }
 
-/// √(a² + b²), correctly rounded. Unlike the C function it is NaN for an infinite and a NaN side.
+/// √(a² + b²). Unlike the C function it is NaN for an infinite and a NaN side.
 pub(super) fn hypot(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         f64::NAN
     } else {
-        core_math::hypot(a, b)
+        scalar::hypot(a, b)
     }
 }
 
-/// The angle of the point (b, a), correctly rounded; 0 at the origin. Unlike the C function it
+/// The angle of the point (b, a); 0 at the origin. Unlike the C function it
 /// takes −0 for 0, so that it is one function of real numbers: a bound of its values on a box is
 /// a bound whatever the signs of zeros.
 pub(super) fn atan2(a: f64, b: f64) -> f64 {
-    core_math::atan2(a + 0.0, b + 0.0)
+    scalar::atan2(a + 0.0, b + 0.0)
 }
 
 /// 1 for true, 0 for false.

@@ -1,4 +1,4 @@
-//! Elementary functions: one definition for every tier of the engine.
+//! Elementary functions: one definition for constants, scripts and every tier of the engine.
 //!
 //! Each function is a branch-free formula of IEEE operations, written once for f64 and f32, with
 //! errors below 1 ulp. A loop of it over lanes is compiled to vector code by the caller's target
@@ -21,7 +21,8 @@
 //! | acos | 0.60 | 0.66 | hypot | 0.51 | 0.51 |
 //!
 //! The functions of this module take one value, those of [`mod@slice`] as many as there are. All are
-//! `#[inline(always)]`, so that a caller with `#[target_feature]` gets code for its features.
+//! `#[inline(always)]`, so that a caller with `#[target_feature]` gets code for its features. Those
+//! of [`scalar`] are for callers without.
 //! Special values are those of C99, except that NaN in any operand of [`pow`] or [`hypot`] gives
 //! NaN. Which NaN (sign and payload) is not specified.
 
@@ -36,6 +37,7 @@ mod inverse;
 mod logarithm;
 mod polynomial;
 mod power;
+pub mod scalar;
 pub mod slice;
 #[cfg(test)]
 mod tests;

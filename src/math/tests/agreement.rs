@@ -90,9 +90,9 @@ fn slices_of_any_length_have_the_bits_of_single_values() {
 #[test]
 fn slices_fill_as_many_lanes_as_all_of_them_have() {
     let mut out = [-1.0; 3];
-    crate::engine::math::slice::exp(&mut out, &[0.0, 0.0]);
+    crate::math::slice::exp(&mut out, &[0.0, 0.0]);
     assert_eq!(out, [1.0, 1.0, -1.0]);
-    crate::engine::math::slice::hypot(&mut out, &[3.0, 3.0, 3.0], &[4.0]);
+    crate::math::slice::hypot(&mut out, &[3.0, 3.0, 3.0], &[4.0]);
     assert_eq!(out, [5.0, 1.0, -1.0]);
 }
 
