@@ -18,6 +18,7 @@ pub struct CompiledField {
     values: OnceLock<Vec<f64>>,
     gradients: OnceLock<Vec<f64>>,
     parameter_gradients: OnceLock<Vec<f64>>,
+    hessians: OnceLock<Vec<f64>>,
 }
 
 impl CompiledField {
@@ -32,12 +33,29 @@ impl CompiledField {
             values: OnceLock::new(),
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
+            hessians: OnceLock::new(),
         }
     }
 
     /// The program, which other fields may share.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// F, F_x and F_xx at every point; `hessians` has one slice for each entry of the upper
+    /// triangle, row by row: in R3 xx, xy, xz, yy, yz, zz.
+    pub fn hessians(
+        &self,
+        points: &[&[f64]],
+        values: &mut [f64],
+        gradients: &mut [&mut [f64]],
+        hessians: &mut [&mut [f64]],
+    ) {
+        let kernel = self.program.hessians();
+        let uniforms = self.uniforms(kernel, &self.hessians);
+        let columns = std::iter::once(values).chain(shorter(gradients));
+        let mut outputs: Vec<&mut [f64]> = columns.chain(shorter(hessians)).collect();
+        kernel.run(points, uniforms, &mut outputs);
     }
 
     /// The kernel's uniforms at the present q.
