@@ -1,9 +1,9 @@
 //! What an expression is worth in f64 or f32, node by node: IEEE operations of that type, the
 //! engine's elementary functions, and f64 for what does not depend on the point.
 
-use imp::math::{self, Elementary};
 use imp::graph::operation::value::is_integer_power;
 use imp::graph::{Graph, Node, NodeId, Op};
+use imp::math::{self, Elementary};
 use std::fmt::LowerExp;
 
 /// f64 or f32, as the reference needs it.

@@ -4,9 +4,9 @@
 //! each is an IEEE operation or a branch-free combination of some, so that a loop over lanes
 //! becomes vector code of any width with the bits of the table's value rules.
 
-use crate::math::slice;
 use crate::graph::Op;
 use crate::graph::operation::value::is_integer_power;
+use crate::math::slice;
 
 /// The lanes of one block: as many numbers as every kernel's inner loop takes.
 pub(in crate::engine) const LANES: usize = 64;
