@@ -5,7 +5,7 @@
 mod expressions;
 
 use expressions::{PARAMETERS, Random, SPECIAL, direct, expression, points, same};
-use imp::engine::{Backend, CompiledField, Field, Program};
+use imp::engine::{CompiledField, Field, Program, Tier};
 use imp::graph::{Graph, Node, NodeId, Op, derive};
 use std::sync::Arc;
 
@@ -93,11 +93,12 @@ fn compare_tiers(number: u64) -> usize {
     quarter(number, |seed| {
         let mut graph = Graph::new();
         let root = expression(&mut graph, seed);
-        let machine = Arc::new(Program::new(&graph, &[root], 3));
-        let reference = Program::with_backend(&graph, &[root], 3, Backend::Interpreter);
+        let machine = Program::with_tier(&graph, &[root], 3, Tier::MachineCode);
+        let machine = Arc::new(machine);
+        let reference = Program::with_tier(&graph, &[root], 3, Tier::Interpreter);
         let reference = Arc::new(reference);
-        assert_eq!(machine.backend(), Backend::MachineCode);
-        assert_eq!(reference.backend(), Backend::Interpreter);
+        assert_eq!(machine.tier(1), Tier::MachineCode);
+        assert_eq!(reference.tier(1), Tier::Interpreter);
         let nodes = derivatives(&mut graph, root, machine.parameters());
         let random = &mut Random(seed ^ 0x5eed);
         for round in 0..3 {

@@ -80,6 +80,7 @@ codes! {
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
     W0804 PoorRoots "roots beyond the tolerance",
+    W0805 NoMachineCode "machine code that cannot be made",
 }
 
 impl Code {

@@ -21,6 +21,7 @@ pub struct CompiledField {
     /// The same rounded to f32.
     values_f32: OnceLock<Vec<f32>>,
     gradients_f32: OnceLock<Vec<f32>>,
+    hessians: OnceLock<Vec<f64>>,
 }
 
 impl CompiledField {
@@ -37,6 +38,7 @@ impl CompiledField {
             parameter_gradients: OnceLock::new(),
             values_f32: OnceLock::new(),
             gradients_f32: OnceLock::new(),
+            hessians: OnceLock::new(),
         }
     }
 
@@ -70,6 +72,22 @@ impl CompiledField {
         with_columns(values, gradients, |outputs| {
             kernel.run_f32(points, uniforms, outputs)
         })
+    }
+
+    /// F, F_x and F_xx at every point; `hessians` has one slice for each entry of the upper
+    /// triangle, row by row: in R3 xx, xy, xz, yy, yz, zz.
+    pub fn hessians(
+        &self,
+        points: &[&[f64]],
+        values: &mut [f64],
+        gradients: &mut [&mut [f64]],
+        hessians: &mut [&mut [f64]],
+    ) {
+        let kernel = self.program.hessians();
+        let uniforms = self.uniforms(kernel, &self.hessians);
+        let columns = std::iter::once(values).chain(shorter(gradients));
+        let mut outputs: Vec<&mut [f64]> = columns.chain(shorter(hessians)).collect();
+        kernel.run(points, uniforms, &mut outputs);
     }
 
     /// The kernel's uniforms at the present q.

@@ -5,13 +5,15 @@
 //! know only the [`Field`] trait and the [`Monitor`] to which they report.
 //!
 //! The way through: `program` makes the derivatives, `lower` turns each wanted set of functions
-//! into a list of steps, and `kernel` runs the list: by `jit` (machine code), by `block` (the
-//! steps as a `tape`, each run over many points) or by `interpret` (the reference).
+//! into a list of steps, and `kernel` runs the list by the `tier` that suits: `jit` (machine code),
+//! `block` (the steps as a `tape`, each run over many points) or `interpret` (the reference).
 
 mod field;
 mod monitor;
 
 mod program;
+
+mod tier;
 
 mod block;
 
@@ -30,6 +32,7 @@ mod jit;
 pub use block::Kernels;
 pub use compiled::CompiledField;
 pub use field::Field;
-pub use jit::compilations;
+pub use jit::{compilations, refusal};
 pub use monitor::{Monitor, Silent};
-pub use program::{Backend, Program};
+pub use program::Program;
+pub use tier::Tier;

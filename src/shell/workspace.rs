@@ -126,13 +126,14 @@ impl Workspace {
             progress: TerminalProgress::new(common.quiet || common.json),
             common: common.clone(),
         };
-        let session = Session::new(
+        let mut session = Session::new(
             Box::new(host),
             mode,
             limits(common),
             input_directory(file),
             output_directories(common),
         );
+        session.set_tier(common.tier);
         let mut workspace = Workspace {
             session,
             tree,

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use imp::engine::{Backend, CompiledField, Field, Kernels, Program};
+use imp::engine::{Tier, CompiledField, Field, Kernels, Program};
 use imp::graph::Interval;
 use imp::graph::interval::Enclosure;
 
@@ -13,8 +13,8 @@ use crate::subjects::Subject;
 
 fn program(subject: &Subject, kernels: Kernels) -> Program {
     let roots = [subject.root];
-    let backend = Backend::Block(kernels);
-    Program::with_backend(&subject.graph, &roots, subject.dimension, backend)
+    let tier = Tier::Block(kernels);
+    Program::with_tier(&subject.graph, &roots, subject.dimension, tier)
 }
 
 fn field(subject: &Subject, kernels: Kernels) -> CompiledField {
