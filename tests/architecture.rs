@@ -12,7 +12,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("sample", &["engine", "geometry"]),
     ("polygonize", &["engine", "geometry"]),
-    ("file", &["geometry"]),
+    ("file", &["geometry", "graph"]),
     (
         "language",
         &[

@@ -110,16 +110,16 @@ impl Kernel {
     }
 
     /// All outputs in f32 at as many points as the shortest column has; a missing column has
-    /// none. Returns false, with the outputs as they were, if the tape is too large to run.
+    /// none. `uniforms` are those of [`Kernel::uniforms`], rounded. Returns false, with the
+    /// outputs as they were, if the tape is too large to run.
     pub(super) fn run_f32(
         &self,
         points: &[&[f32]],
-        uniforms: &[f64],
+        uniforms: &[f32],
         outputs: &mut [&mut [f32]],
     ) -> bool {
-        let scalars: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
         let count = self.shortest(points, outputs);
-        self.run_blocks(self.tier.kernels(), count, points, &scalars, outputs)
+        self.run_blocks(self.tier.kernels(), count, points, uniforms, outputs)
     }
 
     /// The first `count` points by the tape; false if it is too large.

@@ -121,7 +121,9 @@ impl Program {
         outputs: &mut [&mut [f32]],
     ) -> bool {
         let kernel = self.values();
-        kernel.run_f32(points, &kernel.uniforms(q), outputs)
+        let uniforms = kernel.uniforms(q);
+        let uniforms: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
+        kernel.run_f32(points, &uniforms, outputs)
     }
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:

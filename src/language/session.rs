@@ -76,6 +76,8 @@ pub struct Session {
     pub(super) mode: Mode,
     /// Values given from outside for parameters, by name.
     pub(super) settings: IndexMap<String, Expression>,
+    /// Where relative paths of files that are read start.
+    pub(super) input_directory: PathBuf,
     /// Where files may be written; the first one is where relative paths start.
     pub(super) output_directories: Vec<PathBuf>,
     /// Whether actions are done; otherwise what they would make is unknown.
@@ -96,12 +98,14 @@ pub struct Session {
 }
 
 impl Session {
-    /// A session that has read nothing yet. `output_directories` says where files may be
-    /// written; relative paths start at the first one.
+    /// A session that has read nothing yet. `input_directory` is where relative paths of files
+    /// that are read start; `output_directories` says where files may be written, and relative
+    /// paths of those start at the first one.
     pub fn new(
         host: Box<dyn Host>,
         mode: Mode,
         limits: Limits,
+        input_directory: PathBuf,
         output_directories: Vec<PathBuf>,
     ) -> Session {
         let prelude = Rc::new(Scope::default());
@@ -122,6 +126,7 @@ impl Session {
             host,
             mode,
             settings: IndexMap::new(),
+            input_directory,
             output_directories,
             acting: mode == Mode::Run,
             branch: None,
