@@ -24,8 +24,12 @@ use execute::Columns;
 use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind};
 
-/// The bytes that the registers of a group of blocks may fill.
-const CACHE: usize = 1 << 15;
+/// The bytes that the registers of a group of blocks may fill: a part of the second-level cache.
+/// The first level would be too small for what matters more in a long tape: that the jump to the
+/// next instruction, which the processor does not foresee there, is shared by many lanes. (A tape
+/// of 4,400 instructions on 128 registers is 2.3 to 2.7 times faster with eight blocks at a time
+/// than with one.)
+const CACHE: usize = 1 << 18;
 
 /// The most blocks that are computed at a time.
 const LARGEST_GROUP: usize = 8;
