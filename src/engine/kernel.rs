@@ -30,7 +30,12 @@ impl Kernel {
         (dimension, parameters): (usize, usize),
         backend: Backend,
     ) -> Kernel {
-        let lowered = lower::lower(graph, roots, dimension, parameters);
+        let make = match backend {
+            // Blocks have kernels for what processors have no instructions for.
+            Backend::Block(_) => lower::list,
+            Backend::MachineCode | Backend::Interpreter => lower::lower,
+        };
+        let lowered = make(graph, roots, dimension, parameters);
         let executor = match backend {
             Backend::MachineCode => match jit::compile(&lowered) {
                 Ok(code) => Executor::MachineCode(Box::new(code)),
