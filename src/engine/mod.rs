@@ -13,6 +13,8 @@ mod monitor;
 
 mod program;
 
+mod slopes;
+
 mod block;
 
 mod tape;

@@ -1,21 +1,34 @@
-//! Enclosures of many boxes at once: a tape over intervals.
+//! Enclosures of boxes, one or many: a tape over intervals.
 //!
 //! The steps are those of the graph itself, in which every operation keeps its own interval rule;
-//! lowered ones would enclose less tightly.
+//! lowered ones would enclose less tightly. Boxes are taken in blocks, so a result does not
+//! depend on how many there are.
 
-use super::bounds::{Bounds, BoundsBlock};
-use super::number::{LANES, Number};
-use super::{Kernels, LARGEST_MEMORY, run_block};
+use super::bounds::{BOXES, Bounds, BoundsBlock};
+use super::execute::Columns;
+use super::number::Number;
+use super::{CACHE, Kernels, LARGEST_MEMORY, dispatch};
 use crate::engine::lower::{self, Lowered, Operand};
 use crate::engine::tape::{self, Tape};
 use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Interval, NodeId};
 
+/// The most blocks that are computed at a time.
+const LARGEST_GROUP: usize = 8;
+
+/// The outputs of one run that need no allocation.
+const FEW: usize = 4;
+
 /// What encloses some roots of a graph.
 pub(in crate::engine) struct Enclosures {
     lowered: Lowered,
     tape: Tape,
+    constants: Vec<Bounds>,
 }
+
+/// What is the same for all boxes: the parameters, what depends on them alone, and constants.
+#[derive(Clone)]
+pub(in crate::engine) struct Scalars(Vec<Bounds>);
 
 impl Enclosures {
     /// For these roots, as functions of so many coordinates and parameters.
@@ -26,58 +39,25 @@ impl Enclosures {
     ) -> Enclosures {
         let lowered = lower::list(graph, roots, dimension, parameters);
         let tape = tape::assemble(&lowered);
-        Enclosures { lowered, tape }
+        let constants = tape.constants.iter();
+        Enclosures {
+            constants: constants
+                .map(|&number| Enclosure::of_number(number).into())
+                .collect(),
+            lowered,
+            tape,
+        }
     }
 
-    /// All outputs over as many boxes as the shortest column has; a missing column has none.
-    /// Returns false, with the outputs as they were, if the tape is too large to run.
-    pub(in crate::engine) fn run(
-        &self,
-        kernels: Kernels,
-        sides: &[&[Interval]],
-        q: &[f64],
-        outputs: &mut [&mut [Enclosure]],
-    ) -> bool {
-        let (dimension, results) = (self.lowered.dimension, self.lowered.outputs.len());
-        if self.tape.registers * size_of::<BoundsBlock>() > LARGEST_MEMORY {
-            return false;
-        }
-        if sides.len() < dimension || outputs.len() < results {
-            return true;
-        }
-        let (sides, outputs) = (&sides[..dimension], &mut outputs[..results]);
-        let lengths = sides.iter().map(|column| column.len());
-        let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
-        let count = lengths.min().unwrap_or(0);
-        let scalars = self.scalars(q);
-        let memory = self.tape.registers + dimension + results;
-        Bounds::with_memory(memory, |memory| {
-            let (registers, columns) = memory.split_at_mut(self.tape.registers);
-            let (points, found) = columns.split_at_mut(dimension);
-            for start in (0..count).step_by(LANES) {
-                let lanes = LANES.min(count - start);
-                for (block, column) in points.iter_mut().zip(sides) {
-                    for (lane, &side) in column[start..start + lanes].iter().enumerate() {
-                        Bounds::set(block, lane, Enclosure::of_interval(side).into());
-                    }
-                }
-                run_block(&self.tape, kernels, points, &scalars, registers, found);
-                for (block, column) in found.iter().zip(outputs.iter_mut()) {
-                    for (lane, enclosure) in column[start..start + lanes].iter_mut().enumerate() {
-                        *enclosure = Bounds::get(block, lane).into();
-                    }
-                }
-            }
-        });
-        true
-    }
-
-    /// What is the same for all boxes: parameters, enclosures of what depends on them alone, and
-    /// constants. A missing parameter is NaN.
-    fn scalars(&self, q: &[f64]) -> Vec<Bounds> {
-        let parameters = (0..self.lowered.parameters)
-            .map(|place| Enclosure::of_number(q.get(place).copied().unwrap_or(f64::NAN)));
-        let mut uniforms: Vec<Enclosure> = parameters.collect();
+    /// With these values of the first parameters and ranges of those that follow; what is missing
+    /// is undefined.
+    pub(in crate::engine) fn scalars(&self, q: &[f64], ranges: &[Enclosure]) -> Scalars {
+        let numbers = q.iter().map(|&number| Enclosure::of_number(number));
+        let mut uniforms: Vec<Enclosure> = numbers
+            .chain(ranges.iter().copied())
+            .take(self.lowered.parameters)
+            .collect();
+        uniforms.resize(self.lowered.parameters, Enclosure::of_number(f64::NAN));
         for step in &self.lowered.uniform_steps {
             let operands = step.operands.map(|operand| match operand {
                 Operand::Uniform(index) => uniforms[index as usize],
@@ -88,8 +68,113 @@ impl Enclosures {
             let rule = step.operation.operation().interval;
             uniforms.push(rule(&operands[..step.operands().len()]));
         }
-        let constants = self.tape.constants.iter();
-        uniforms.extend(constants.map(|&number| Enclosure::of_number(number)));
-        uniforms.into_iter().map(Bounds::from).collect()
+        let mut scalars: Vec<Bounds> = uniforms.into_iter().map(Bounds::from).collect();
+        scalars.extend(&self.constants);
+        Scalars(scalars)
+    }
+
+    /// All outputs over as many boxes as the shortest column has; a missing column has none.
+    /// Returns false, with the outputs as they were, if the tape is too large to run.
+    pub(in crate::engine) fn run(
+        &self,
+        kernels: Kernels,
+        sides: &[&[Interval]],
+        scalars: &Scalars,
+        outputs: &mut [&mut [Enclosure]],
+    ) -> bool {
+        let (dimension, results) = (self.lowered.dimension, self.lowered.outputs.len());
+        let block = self.tape.registers * size_of::<BoundsBlock>();
+        if block > LARGEST_MEMORY {
+            return false;
+        }
+        if sides.len() < dimension || outputs.len() < results {
+            return true;
+        }
+        let (sides, outputs) = (&sides[..dimension], &mut outputs[..results]);
+        let lengths = sides.iter().map(|column| column.len());
+        let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
+        let count = lengths.min().unwrap_or(0);
+        let blocks = count.div_ceil(BOXES);
+        let group = (CACHE / block.max(1)).clamp(1, LARGEST_GROUP).min(blocks);
+        let registers = group * self.tape.registers;
+        Bounds::with_memory(registers + group * (dimension + results), |memory| {
+            let (registers, columns) = memory.split_at_mut(registers);
+            let (points, found) = columns.split_at_mut(group * dimension);
+            for start in (0..count).step_by(group * BOXES) {
+                let part = start..count.min(start + group * BOXES);
+                for (blocks, column) in points.chunks_exact_mut(group).zip(sides) {
+                    load(blocks, &column[part.clone()]);
+                }
+                let blocks = part.len().div_ceil(BOXES);
+                self.run_group(kernels, (group, blocks), points, scalars, registers, found);
+                for (blocks, column) in found.chunks_exact(group).zip(outputs.iter_mut()) {
+                    store(&mut column[part.clone()], blocks);
+                }
+            }
+        });
+        true
+    }
+
+    /// Runs the tape on the first blocks of columns that have `group` each.
+    fn run_group(
+        &self,
+        kernels: Kernels,
+        (group, blocks): (usize, usize),
+        points: &[BoundsBlock],
+        scalars: &Scalars,
+        registers: &mut [BoundsBlock],
+        found: &mut [BoundsBlock],
+    ) {
+        let mut coordinates: [&[BoundsBlock]; 3] = [&[]; 3];
+        for (coordinate, column) in coordinates.iter_mut().zip(points.chunks_exact(group)) {
+            *coordinate = &column[..blocks];
+        }
+        let mut few: [&mut [BoundsBlock]; FEW] = Default::default();
+        let mut many: Vec<&mut [BoundsBlock]>;
+        let found = found
+            .chunks_exact_mut(group)
+            .map(|column| &mut column[..blocks]);
+        let outputs = if found.len() <= FEW {
+            let count = found.len();
+            for (few, column) in few.iter_mut().zip(found) {
+                *few = column;
+            }
+            &mut few[..count]
+        } else {
+            many = found.collect();
+            &mut many[..]
+        };
+        let mut columns = Columns {
+            points: &coordinates[..self.lowered.dimension],
+            scalars: &scalars.0,
+            outputs,
+        };
+        dispatch::run(kernels, &self.tape, blocks, registers, &mut columns);
+    }
+}
+
+/// Puts sides into lanes. Lanes that are left over repeat the last side: they cost what it costs.
+fn load(blocks: &mut [BoundsBlock], sides: &[Interval]) {
+    let (whole, rest) = sides.as_chunks::<BOXES>();
+    let mut blocks = blocks.iter_mut();
+    for (block, sides) in blocks.by_ref().zip(whole) {
+        for lane in 0..BOXES {
+            Bounds::set(block, lane, Bounds::of_side(sides[lane]));
+        }
+    }
+    if let (Some(block), Some(&last)) = (blocks.next(), rest.last()) {
+        for lane in 0..BOXES {
+            let side = rest.get(lane).copied().unwrap_or(last);
+            Bounds::set(block, lane, Bounds::of_side(side));
+        }
+    }
+}
+
+/// Takes enclosures from lanes.
+fn store(enclosures: &mut [Enclosure], blocks: &[BoundsBlock]) {
+    for (enclosures, block) in enclosures.chunks_mut(BOXES).zip(blocks) {
+        for (lane, enclosure) in enclosures.iter_mut().enumerate() {
+            *enclosure = Bounds::get(block, lane).into();
+        }
     }
 }

@@ -19,7 +19,7 @@ mod table;
 
 use super::tape::Tape;
 pub use dispatch::Kernels;
-pub(super) use enclose::Enclosures;
+pub(super) use enclose::{Enclosures, Scalars};
 use execute::Columns;
 use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind};

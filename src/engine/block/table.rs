@@ -6,7 +6,7 @@
 //! lanes or a scalar, the same number for all points.
 
 use super::execute::{Block, Scalar, Sources};
-use super::number::{LANES, Number};
+use super::number::Number;
 use crate::engine::tape::Instruction;
 use crate::graph::Op;
 
@@ -170,12 +170,12 @@ macro_rules! kernels {
         /// it may leave as calls.
         #[allow(non_snake_case)]
         mod loops {
-            use super::{Block, LANES, Number, Scalar};
+            use super::{Block, Number, Scalar};
 
             $($(
                 #[inline(always)]
                 pub(super) fn $variant<N: Number>(out: &mut N::Block, $($argument: block!($sort)),+) {
-                    for lane in 0..LANES {
+                    for lane in 0..N::LANES {
                         $(let $argument = $argument.lane(lane);)+
                         N::set(out, lane, $rule);
                     }
@@ -184,7 +184,7 @@ macro_rules! kernels {
             $($(
                 #[inline(always)]
                 pub(super) fn $code<N: Number>(out: &mut N::Block, $($operand: block!($kind)),+) {
-                    for lane in 0..LANES {
+                    for lane in 0..N::LANES {
                         $(let $operand = $operand.lane(lane);)+
                         N::set(out, lane, $formula);
                     }
@@ -314,10 +314,10 @@ kernels! {
         SquareAdd = a.square().add(b), as
             SquareAdd(a: lanes, b: lanes),
             SquareAddScalar(a: lanes, b: scalar);
-        SquaredDifference = a.subtract(b).square(), as
+        SquaredDifference = a.squared_difference(b), as
             SquaredDifference(a: lanes, b: lanes),
             SquaredDifferenceScalar(a: lanes, b: scalar);
-        SquaredDifferenceAdd = a.subtract(b).square().add(c), as
+        SquaredDifferenceAdd = a.squared_difference(b).add(c), as
             SquaredDifferenceAdd(a: lanes, b: lanes, c: lanes),
             SquaredDifferenceScalarAdd(a: lanes, b: scalar, c: lanes);
         RootSubtract = a.square_root().subtract(b), as
