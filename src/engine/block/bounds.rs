@@ -1,4 +1,4 @@
-//! Enclosures as numbers of a tape: interval arithmetic on blocks of 8 boxes.
+//! Enclosures as numbers of a tape: interval arithmetic on blocks of 64 boxes, or on one.
 //!
 //! The results hold those of the table's interval rules (`graph::interval`), of which they are
 //! the branch-free form: ends are computed with rounding to nearest and moved outward
@@ -7,15 +7,14 @@
 //! infinite end stands for unbounded finite numbers.
 //!
 //! A lower end is never +∞ and an upper one never −∞; of an empty interval only the regularity
-//! counts, which is [`EMPTY`], and its ends may be anything. A block is as small as the widest
-//! vector, so that one box costs little; many boxes are a group of blocks.
+//! counts, which is [`EMPTY`], and its ends may be anything.
 
 mod functions;
 mod periodic;
 mod powers;
 mod rounding;
 
-use super::number::{Number, lend};
+use super::number::{LANES, Number, lend};
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
 use rounding::{
@@ -32,18 +31,42 @@ pub(in crate::engine) struct Bounds {
     pub(super) regularity: f64,
 }
 
-/// The boxes of one block.
-pub(super) const BOXES: usize = 8;
-
-/// A number for each box of a block.
-type Lanes = [f64; BOXES];
-
-/// The lanes of a block, in columns.
+/// The lanes of a block, in columns: 64 or, for a single box, one.
 #[derive(Clone, Copy)]
-pub(in crate::engine) struct BoundsBlock {
-    pub(super) low: Lanes,
-    pub(super) high: Lanes,
-    pub(super) regularity: Lanes,
+pub(in crate::engine) struct BoundsBlock<const BOXES: usize = LANES> {
+    pub(super) low: [f64; BOXES],
+    pub(super) high: [f64; BOXES],
+    pub(super) regularity: [f64; BOXES],
+}
+
+impl<const BOXES: usize> BoundsBlock<BOXES> {
+    /// The enclosure in one lane.
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Bounds {
+        Bounds {
+            low: self.low[lane],
+            high: self.high[lane],
+            regularity: self.regularity[lane],
+        }
+    }
+
+    /// Puts an enclosure into a lane.
+    #[inline(always)]
+    fn put(&mut self, lane: usize, bounds: Bounds) {
+        self.low[lane] = bounds.low;
+        self.high[lane] = bounds.high;
+        self.regularity[lane] = bounds.regularity;
+    }
+
+    /// Equal lanes.
+    #[inline(always)]
+    fn of(bounds: Bounds) -> Self {
+        BoundsBlock {
+            low: [bounds.low; BOXES],
+            high: [bounds.high; BOXES],
+            regularity: [bounds.regularity; BOXES],
+        }
+    }
 }
 
 /// Below every [`Regularity`]: there is no value at all.
@@ -55,9 +78,9 @@ const CONTINUOUS: f64 = 2.0;
 
 /// The lanes of nothing in particular.
 const NOTHING: BoundsBlock = BoundsBlock {
-    low: [0.0; BOXES],
-    high: [0.0; BOXES],
-    regularity: [EMPTY; BOXES],
+    low: [0.0; LANES],
+    high: [0.0; LANES],
+    regularity: [EMPTY; LANES],
 };
 
 impl From<Enclosure> for Bounds {
@@ -196,31 +219,21 @@ impl Bounds {
 impl Number for Bounds {
     type Block = BoundsBlock;
 
-    const LANES: usize = BOXES;
+    const LANES: usize = LANES;
 
     #[inline(always)]
     fn splat(self) -> BoundsBlock {
-        BoundsBlock {
-            low: [self.low; BOXES],
-            high: [self.high; BOXES],
-            regularity: [self.regularity; BOXES],
-        }
+        BoundsBlock::of(self)
     }
 
     #[inline(always)]
     fn get(block: &BoundsBlock, lane: usize) -> Bounds {
-        Bounds {
-            low: block.low[lane],
-            high: block.high[lane],
-            regularity: block.regularity[lane],
-        }
+        block.lane(lane)
     }
 
     #[inline(always)]
     fn set(block: &mut BoundsBlock, lane: usize, bounds: Bounds) {
-        block.low[lane] = bounds.low;
-        block.high[lane] = bounds.high;
-        block.regularity[lane] = bounds.regularity;
+        block.put(lane, bounds);
     }
 
     #[inline(always)]
@@ -417,42 +430,12 @@ impl Number for Bounds {
 
     #[inline(always)]
     fn function_of_one(op: Op, out: &mut BoundsBlock, a: &BoundsBlock) {
-        match op {
-            Op::Exp => functions::exp(out, a),
-            Op::Log => functions::log(out, a),
-            Op::Sin => periodic::sin(out, a),
-            Op::Cos => periodic::cos(out, a),
-            Op::Tan => periodic::tan(out, a),
-            Op::Asin => functions::asin(out, a),
-            Op::Acos => functions::acos(out, a),
-            Op::Atan => functions::atan(out, a),
-            Op::Sinh => functions::sinh(out, a),
-            Op::Cosh => functions::cosh(out, a),
-            Op::Tanh => functions::tanh(out, a),
-            Op::Sign => functions::sign(out, a),
-            Op::Round => functions::round(out, a),
-            _ => {
-                for lane in 0..BOXES {
-                    Bounds::set(out, lane, Bounds::by_rule(op, &[Bounds::get(a, lane)]));
-                }
-            }
-        }
+        functions::of_one(op, out, a);
     }
 
     #[inline(always)]
     fn function_of_two(op: Op, out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
-        match op {
-            Op::Power | Op::IntegerPower => powers::power(out, a, b),
-            Op::Atan2 => functions::atan2(out, a, b),
-            Op::Hypot => functions::hypot(out, a, b),
-            Op::Modulo => functions::modulo(out, a, b),
-            _ => {
-                for lane in 0..BOXES {
-                    let operands = [a, b].map(|block| Bounds::get(block, lane));
-                    Bounds::set(out, lane, Bounds::by_rule(op, &operands));
-                }
-            }
-        }
+        functions::of_two(op, out, a, b);
     }
 
     #[inline(always)]
@@ -465,8 +448,17 @@ impl Number for Bounds {
         functions::modulo(out, a, &b.splat());
     }
 
+    /// A block of one lane, so that the bits are those of many.
+    #[inline(always)]
     fn function(op: Op, operands: [Bounds; 3]) -> Bounds {
-        Bounds::by_rule(op, &operands)
+        let [a, b, _] = operands.map(BoundsBlock::<1>::of);
+        let mut out = a;
+        match op {
+            Op::IntegerPower => powers::integer_power(&mut out, &a, operands[1]),
+            _ if op.arity() == 1 => functions::of_one(op, &mut out, &a),
+            _ => functions::of_two(op, &mut out, &a, &b),
+        }
+        out.lane(0)
     }
 
     fn with_memory(length: usize, work: impl FnOnce(&mut [BoundsBlock])) {

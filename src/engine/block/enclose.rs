@@ -14,7 +14,7 @@ use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Interval, NodeId};
 
 /// The most blocks that are computed at a time.
-const LARGEST_GROUP: usize = 8;
+const LARGEST_GROUP: usize = 4;
 
 /// The outputs of one run that need no allocation.
 const FEW: usize = 4;
@@ -157,7 +157,8 @@ impl Enclosures {
 fn load(blocks: &mut [BoundsBlock], sides: &[Interval]) {
     let (whole, rest) = sides.as_chunks::<BOXES>();
     let mut blocks = blocks.iter_mut();
-    for (block, sides) in blocks.by_ref().zip(whole) {
+    // The chunks first: a zip that ends asks its first part once more.
+    for (sides, block) in whole.iter().zip(blocks.by_ref()) {
         for lane in 0..BOXES {
             Bounds::set(block, lane, Bounds::of_side(sides[lane]));
         }

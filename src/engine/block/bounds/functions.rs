@@ -8,9 +8,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use super::{periodic, powers};
 use super::rounding::{function_above, function_below, greatest, least};
-use super::{BOXES, Bounds, BoundsBlock, DEFINED, EMPTY, Lanes, PARTIAL};
+use super::{Bounds, BoundsBlock, DEFINED, EMPTY, PARTIAL};
 use crate::engine::block::number::Number;
+use crate::graph::Op;
 use crate::graph::operation::value::is_power_of_two;
 use crate::math::slice;
 
@@ -20,28 +22,25 @@ const ABOVE_HALF_PI: f64 = FRAC_PI_2.next_up();
 
 /// Both ends side by side, so that one loop computes a function of both.
 #[inline(always)]
-pub(super) fn side_by_side(low: &Lanes, high: &Lanes) -> [f64; 2 * BOXES] {
-    let mut ends = [0.0; 2 * BOXES];
-    ends[..BOXES].copy_from_slice(low);
-    ends[BOXES..].copy_from_slice(high);
-    ends
+pub(super) fn side_by_side<const BOXES: usize>(low: &[f64; BOXES], high: &[f64; BOXES]) -> [[f64; BOXES]; 2] {
+    [*low, *high]
 }
 
 /// An increasing function with values in a range, on the part of its operand that lies in a
 /// domain; exact at one argument.
 macro_rules! increasing {
     ($name:ident, $out:expr, $a:expr, in $domain:expr, to $range:expr, exact at $exact:expr) => {{
-        let (out, a): (&mut BoundsBlock, &BoundsBlock) = ($out, $a);
+        let (out, a): (&mut BoundsBlock<BOXES>, &BoundsBlock<BOXES>) = ($out, $a);
         let ((first, last), (smallest, largest)): ((f64, f64), (f64, f64)) = ($domain, $range);
         let mut ends = side_by_side(&a.low, &a.high);
-        for end in &mut ends {
+        for end in ends.as_flattened_mut() {
             *end = greatest(least(*end, last), first);
         }
-        let mut values = [0.0; 2 * BOXES];
-        slice::$name(&mut values, &ends);
+        let mut values = [[0.0; BOXES]; 2];
+        slice::$name(values.as_flattened_mut(), ends.as_flattened());
         for lane in 0..BOXES {
-            let low = function_below(values[lane], ends[lane] == $exact);
-            let high = function_above(values[BOXES + lane], ends[BOXES + lane] == $exact);
+            let low = function_below(values[0][lane], ends[0][lane] == $exact);
+            let high = function_above(values[1][lane], ends[1][lane] == $exact);
             let result = Bounds {
                 low: greatest(low, smallest),
                 high: least(high, largest),
@@ -50,9 +49,59 @@ macro_rules! increasing {
             let is_inside = (a.low[lane] >= first) & (a.high[lane] <= last);
             let is_outside = (a.low[lane] > last) | (a.high[lane] < first);
             let result = result.unless(is_inside, PARTIAL).unless(!is_outside, EMPTY);
-            Bounds::set(out, lane, result);
+            out.put(lane, result);
         }
     }};
+}
+
+/// A function of one operand.
+#[inline(always)]
+pub(super) fn of_one<const BOXES: usize>(
+    op: Op,
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+) {
+    match op {
+        Op::Exp => exp(out, a),
+        Op::Log => log(out, a),
+        Op::Sin => periodic::sin(out, a),
+        Op::Cos => periodic::cos(out, a),
+        Op::Tan => periodic::tan(out, a),
+        Op::Asin => asin(out, a),
+        Op::Acos => acos(out, a),
+        Op::Atan => atan(out, a),
+        Op::Sinh => sinh(out, a),
+        Op::Cosh => cosh(out, a),
+        Op::Tanh => tanh(out, a),
+        Op::Sign => sign(out, a),
+        Op::Round => round(out, a),
+        _ => {
+            for lane in 0..BOXES {
+                out.put(lane, Bounds::by_rule(op, &[a.lane(lane)]));
+            }
+        }
+    }
+}
+
+/// A function of two operands.
+#[inline(always)]
+pub(super) fn of_two<const BOXES: usize>(
+    op: Op,
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    b: &BoundsBlock<BOXES>,
+) {
+    match op {
+        Op::Power | Op::IntegerPower => powers::power(out, a, b),
+        Op::Atan2 => atan2(out, a, b),
+        Op::Hypot => hypot(out, a, b),
+        Op::Modulo => modulo(out, a, b),
+        _ => {
+            for lane in 0..BOXES {
+                out.put(lane, Bounds::by_rule(op, &[a.lane(lane), b.lane(lane)]));
+            }
+        }
+    }
 }
 
 /// All numbers.
@@ -64,70 +113,70 @@ const UNIT: (f64, f64) = (-1.0, 1.0);
 
 /// e^a.
 #[inline(always)]
-pub(super) fn exp(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn exp<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     increasing!(exp, out, a, in LINE, to NOT_NEGATIVE, exact at 0.0);
 }
 
 /// The logarithm of the numbers that have one; 0 has none.
 #[inline(always)]
-pub(super) fn log(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn log<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     increasing!(log, out, a, in NOT_NEGATIVE, to LINE, exact at 1.0);
     for lane in 0..BOXES {
-        let result = Bounds::get(out, lane)
+        let result = out.lane(lane)
             .unless(a.low[lane] > 0.0, PARTIAL)
             .unless(a.high[lane] > 0.0, EMPTY);
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
 }
 
 /// The angle with this sine.
 #[inline(always)]
-pub(super) fn asin(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn asin<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let half_turn = (-ABOVE_HALF_PI, ABOVE_HALF_PI);
     increasing!(asin, out, a, in UNIT, to half_turn, exact at 0.0);
 }
 
 /// The angle with this tangent.
 #[inline(always)]
-pub(super) fn atan(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn atan<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let half_turn = (-ABOVE_HALF_PI, ABOVE_HALF_PI);
     increasing!(atan, out, a, in LINE, to half_turn, exact at 0.0);
 }
 
 /// The hyperbolic sine.
 #[inline(always)]
-pub(super) fn sinh(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn sinh<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     increasing!(sinh, out, a, in LINE, to LINE, exact at 0.0);
 }
 
 /// The hyperbolic cosine, which increases with the magnitude.
 #[inline(always)]
-pub(super) fn cosh(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn cosh<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let mut magnitude = *a;
     for lane in 0..BOXES {
-        Bounds::set(&mut magnitude, lane, Bounds::get(a, lane).absolute());
+        magnitude.put(lane, a.lane(lane).absolute());
     }
     increasing!(cosh, out, &magnitude, in NOT_NEGATIVE, to (1.0, f64::INFINITY), exact at 0.0);
 }
 
 /// The hyperbolic tangent.
 #[inline(always)]
-pub(super) fn tanh(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn tanh<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     increasing!(tanh, out, a, in LINE, to UNIT, exact at 0.0);
 }
 
 /// The angle in [0, π] with this cosine: it decreases.
 #[inline(always)]
-pub(super) fn acos(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn acos<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let mut ends = side_by_side(&a.high, &a.low);
-    for end in &mut ends {
+    for end in ends.as_flattened_mut() {
         *end = greatest(least(*end, 1.0), -1.0);
     }
-    let mut values = [0.0; 2 * BOXES];
-    slice::acos(&mut values, &ends);
+    let mut values = [[0.0; BOXES]; 2];
+    slice::acos(values.as_flattened_mut(), ends.as_flattened());
     for lane in 0..BOXES {
-        let low = function_below(values[lane], ends[lane] == 1.0);
-        let high = function_above(values[BOXES + lane], ends[BOXES + lane] == 1.0);
+        let low = function_below(values[0][lane], ends[0][lane] == 1.0);
+        let high = function_above(values[1][lane], ends[1][lane] == 1.0);
         let result = Bounds {
             low: greatest(low, 0.0),
             high: least(high, ABOVE_PI),
@@ -136,33 +185,33 @@ pub(super) fn acos(out: &mut BoundsBlock, a: &BoundsBlock) {
         let is_inside = (a.low[lane] >= -1.0) & (a.high[lane] <= 1.0);
         let is_outside = (a.low[lane] > 1.0) | (a.high[lane] < -1.0);
         let result = result.unless(is_inside, PARTIAL).unless(!is_outside, EMPTY);
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
 }
 
 /// √(a² + b²), which increases with both magnitudes; the other one if one is 0.
 #[inline(always)]
-pub(super) fn hypot(out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
+pub(super) fn hypot<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
     let (mut first, mut second) = (*a, *b);
     for lane in 0..BOXES {
-        Bounds::set(&mut first, lane, Bounds::get(a, lane).absolute());
-        Bounds::set(&mut second, lane, Bounds::get(b, lane).absolute());
+        first.put(lane, a.lane(lane).absolute());
+        second.put(lane, b.lane(lane).absolute());
     }
     let first_ends = side_by_side(&first.low, &first.high);
     let second_ends = side_by_side(&second.low, &second.high);
-    let mut values = [0.0; 2 * BOXES];
-    slice::hypot(&mut values, &first_ends, &second_ends);
-    let is_exact = |end: usize| (first_ends[end] == 0.0) | (second_ends[end] == 0.0);
+    let mut values = [[0.0; BOXES]; 2];
+    slice::hypot(values.as_flattened_mut(), first_ends.as_flattened(), second_ends.as_flattened());
     for lane in 0..BOXES {
-        let low = function_below(values[lane], is_exact(lane));
-        let high = function_above(values[BOXES + lane], is_exact(BOXES + lane));
+        let exact = [0, 1].map(|end| (first_ends[end][lane] == 0.0) | (second_ends[end][lane] == 0.0));
+        let low = function_below(values[0][lane], exact[0]);
+        let high = function_above(values[1][lane], exact[1]);
         let regularity = least(a.regularity[lane], b.regularity[lane]);
         let result = Bounds {
             low: greatest(low, 0.0),
             high,
             regularity,
         };
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
 }
 
@@ -203,22 +252,22 @@ fn extreme_corners(y: Bounds, x: Bounds) -> [(f64, f64); 2] {
 
 /// The angle of points (b, a), 0 at the origin.
 #[inline(always)]
-pub(super) fn atan2(out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
-    let (mut y, mut x) = ([0.0; 2 * BOXES], [0.0; 2 * BOXES]);
+pub(super) fn atan2<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+    let (mut y, mut x) = ([[0.0; BOXES]; 2], [[0.0; BOXES]; 2]);
     for lane in 0..BOXES {
-        let [first, last] = extreme_corners(Bounds::get(a, lane), Bounds::get(b, lane));
-        (y[lane], x[lane]) = first;
-        (y[BOXES + lane], x[BOXES + lane]) = last;
+        let [first, last] = extreme_corners(a.lane(lane), b.lane(lane));
+        (y[0][lane], x[0][lane]) = first;
+        (y[1][lane], x[1][lane]) = last;
     }
-    let mut angles = [0.0; 2 * BOXES];
-    slice::atan2(&mut angles, &y, &x);
+    let mut angles = [[0.0; BOXES]; 2];
+    slice::atan2(angles.as_flattened_mut(), y.as_flattened(), x.as_flattened());
     for lane in 0..BOXES {
-        let (a, b) = (Bounds::get(a, lane), Bounds::get(b, lane));
+        let (a, b) = (a.lane(lane), b.lane(lane));
         let has_origin = a.has_zero() & b.has_zero();
         let is_cut = (b.low < 0.0) & (a.low < 0.0) & (a.high >= 0.0);
-        let is_exact = |end: usize| (y[end] == 0.0) & (x[end] >= 0.0);
-        let low = function_below(angles[lane], is_exact(lane));
-        let high = function_above(angles[BOXES + lane], is_exact(BOXES + lane));
+        let exact = [0, 1].map(|end| (y[end][lane] == 0.0) & (x[end][lane] >= 0.0));
+        let low = function_below(angles[0][lane], exact[0]);
+        let high = function_above(angles[1][lane], exact[1]);
         let low = greatest(low, if a.low >= 0.0 { 0.0 } else { -ABOVE_PI });
         let high = least(high, if a.high < 0.0 { 0.0 } else { ABOVE_PI });
         let low = if has_origin { least(low, 0.0) } else { low };
@@ -226,25 +275,22 @@ pub(super) fn atan2(out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
         let low = if is_cut { -ABOVE_PI } else { low };
         let high = if is_cut { ABOVE_PI } else { high };
         let result = Bounds::smooth(low, high, a, b).unless(!has_origin & !is_cut, DEFINED);
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
 }
 
 /// a mod b: where ⌊a/b⌋ is known the ends move with a; else they are 0 and b, widened by as much
 /// as the rounded remainder can miss them.
 #[inline(always)]
-pub(super) fn modulo(out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
+pub(super) fn modulo<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
     for lane in 0..BOXES {
-        let (a, b) = (Bounds::get(a, lane), Bounds::get(b, lane));
+        let (a, b) = (a.lane(lane), b.lane(lane));
         let periods = a.divide(b).round_down();
         let stepwise = a.subtract(b.multiply(periods));
         let slack = modulo_slack(a, b);
         let low = greatest(stepwise.low, least(b.low, 0.0) - slack);
         let high = least(stepwise.high, greatest(b.high, 0.0) + slack);
-        Bounds::set(
-            out,
-            lane,
-            Bounds {
+        out.put(lane, Bounds {
                 low,
                 high,
                 regularity: stepwise.regularity,
@@ -274,19 +320,19 @@ fn modulo_slack(a: Bounds, b: Bounds) -> f64 {
 
 /// −1, 0 or 1.
 #[inline(always)]
-pub(super) fn sign(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn sign<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     for lane in 0..BOXES {
-        let a = Bounds::get(a, lane);
-        Bounds::set(out, lane, stepped(a, sign_of(a.low), sign_of(a.high)));
+        let a = a.lane(lane);
+        out.put(lane, stepped(a, sign_of(a.low), sign_of(a.high)));
     }
 }
 
 /// The nearest integer, halves away from 0.
 #[inline(always)]
-pub(super) fn round(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn round<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     for lane in 0..BOXES {
-        let a = Bounds::get(a, lane);
-        Bounds::set(out, lane, stepped(a, rounded(a.low), rounded(a.high)));
+        let a = a.lane(lane);
+        out.put(lane, stepped(a, rounded(a.low), rounded(a.high)));
     }
 }
 

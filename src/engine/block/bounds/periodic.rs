@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use super::functions::side_by_side;
 use super::rounding::{function_above, function_below, greatest, least};
-use super::{BOXES, Bounds, BoundsBlock, PARTIAL};
+use super::{Bounds, BoundsBlock, PARTIAL};
 use crate::engine::block::number::Number;
 use crate::graph::Op;
 use crate::math::slice;
@@ -48,38 +48,38 @@ fn is_huge(a: Bounds) -> bool {
 
 /// The sine: 1 a quarter turn on, −1 three quarters.
 #[inline(always)]
-pub(super) fn sin(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn sin<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let ends = side_by_side(&a.low, &a.high);
-    let mut values = [0.0; 2 * BOXES];
-    slice::sin(&mut values, &ends);
+    let mut values = [[0.0; BOXES]; 2];
+    slice::sin(values.as_flattened_mut(), ends.as_flattened());
     wave(Op::Sin, out, a, &values, (0.25, 0.75));
 }
 
 /// The cosine: 1 at whole turns, −1 at half ones.
 #[inline(always)]
-pub(super) fn cos(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn cos<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let ends = side_by_side(&a.low, &a.high);
-    let mut values = [0.0; 2 * BOXES];
-    slice::cos(&mut values, &ends);
+    let mut values = [[0.0; BOXES]; 2];
+    slice::cos(values.as_flattened_mut(), ends.as_flattened());
     wave(Op::Cos, out, a, &values, (0.0, 0.5));
 }
 
 /// A function of which are given the values at the ends, that is 1 at the phase `crest`, −1 at
 /// `trough` and monotone between.
 #[inline(always)]
-fn wave(
+fn wave<const BOXES: usize>(
     op: Op,
-    out: &mut BoundsBlock,
-    a: &BoundsBlock,
-    values: &[f64; 2 * BOXES],
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    values: &[[f64; BOXES]; 2],
     (crest, trough): (f64, f64),
 ) {
     let mut any_huge = false;
     for lane in 0..BOXES {
-        let a = Bounds::get(a, lane);
+        let a = a.lane(lane);
         any_huge |= is_huge(a);
         let turns = turns(a, 0.5 * FRAC_1_PI);
-        let (first, last) = (values[lane], values[BOXES + lane]);
+        let (first, last) = (values[0][lane], values[1][lane]);
         // Exact at 0, which is an extreme of the cosine.
         let (first_exact, last_exact) = (a.low == 0.0, a.high == 0.0);
         let low = least(
@@ -99,7 +99,7 @@ fn wave(
             high: if has_crest { 1.0 } else { high },
             ..a
         };
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
     if any_huge {
         by_rule(op, out, a);
@@ -108,15 +108,15 @@ fn wave(
 
 /// The tangent; all numbers if there is a pole inside.
 #[inline(always)]
-pub(super) fn tan(out: &mut BoundsBlock, a: &BoundsBlock) {
+pub(super) fn tan<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let ends = side_by_side(&a.low, &a.high);
-    let mut values = [0.0; 2 * BOXES];
-    slice::tan(&mut values, &ends);
+    let mut values = [[0.0; BOXES]; 2];
+    slice::tan(values.as_flattened_mut(), ends.as_flattened());
     let mut any_huge = false;
     for lane in 0..BOXES {
-        let a = Bounds::get(a, lane);
+        let a = a.lane(lane);
         any_huge |= is_huge(a);
-        let (first, last) = (values[lane], values[BOXES + lane]);
+        let (first, last) = (values[0][lane], values[1][lane]);
         // A pole that may be inside is there if the tangent is smaller behind it; one branch away
         // it could be as large.
         let poles = passes(turns(a, FRAC_1_PI), 0.5);
@@ -130,7 +130,7 @@ pub(super) fn tan(out: &mut BoundsBlock, a: &BoundsBlock) {
             high: if has_pole { f64::INFINITY } else { high },
             ..a
         };
-        Bounds::set(out, lane, result.unless(!has_pole, PARTIAL));
+        out.put(lane, result.unless(!has_pole, PARTIAL));
     }
     if any_huge {
         by_rule(Op::Tan, out, a);
@@ -139,11 +139,11 @@ pub(super) fn tan(out: &mut BoundsBlock, a: &BoundsBlock) {
 
 /// The table's rule for the lanes with huge ends.
 #[cold]
-fn by_rule(op: Op, out: &mut BoundsBlock, a: &BoundsBlock) {
+fn by_rule<const BOXES: usize>(op: Op, out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     for lane in 0..BOXES {
-        let a = Bounds::get(a, lane);
+        let a = a.lane(lane);
         if is_huge(a) {
-            Bounds::set(out, lane, Bounds::by_rule(op, &[a]));
+            out.put(lane, Bounds::by_rule(op, &[a]));
         }
     }
 }

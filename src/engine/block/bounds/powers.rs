@@ -3,21 +3,25 @@
 use super::functions::side_by_side;
 use super::rounding::{function_above, function_below, greatest, least, magnitude_product};
 use super::rounding::{product_above, product_below};
-use super::{BOXES, Bounds, BoundsBlock, EMPTY, Lanes, PARTIAL};
+use super::{Bounds, BoundsBlock, EMPTY, PARTIAL};
 use crate::engine::block::number::Number;
 use crate::graph::Op;
 use crate::graph::operation::value::{by_squaring, is_integer_power};
 use crate::math::slice;
 
 /// Magnitudes and the direction in which each is rounded: 1 for up, −1 for down.
-type Directed = ([f64; 2 * BOXES], [f64; 2 * BOXES]);
+type Directed<const BOXES: usize> = ([[f64; BOXES]; 2], [[f64; BOXES]; 2]);
 
 /// Products lane by lane, rounded in the first one's direction.
 #[inline(always)]
-fn multiply((a, direction): Directed, (b, _): Directed) -> Directed {
+fn multiply<const BOXES: usize>(
+    (a, direction): Directed<BOXES>,
+    (b, _): Directed<BOXES>,
+) -> Directed<BOXES> {
     let mut product = a;
-    for (product, (b, direction)) in product.iter_mut().zip(b.iter().zip(&direction)) {
-        *product = magnitude_product(*product, *b, *direction);
+    let others = b.as_flattened().iter().zip(direction.as_flattened());
+    for (product, (&b, &direction)) in product.as_flattened_mut().iter_mut().zip(others) {
+        *product = magnitude_product(*product, b, direction);
     }
     (product, direction)
 }
@@ -25,11 +29,11 @@ fn multiply((a, direction): Directed, (b, _): Directed) -> Directed {
 /// a^n, where n is usually an integer constant: repeated multiplication of the ends, rounded
 /// outward, which also bounds what repeated multiplication computes.
 #[inline(always)]
-pub(super) fn integer_power(out: &mut BoundsBlock, a: &BoundsBlock, exponent: Bounds) {
+pub(super) fn integer_power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, exponent: Bounds) {
     let n = exponent.low;
     let is_integer = n == exponent.high && is_integer_power(n) && !exponent.is_empty();
     if !is_integer {
-        power(out, a, &exponent.splat());
+        power(out, a, &BoundsBlock::of(exponent));
     } else if n == 0.0 {
         *out = *a;
         out.low = [1.0; BOXES];
@@ -38,7 +42,7 @@ pub(super) fn integer_power(out: &mut BoundsBlock, a: &BoundsBlock, exponent: Bo
         let is_even = n % 2.0 == 0.0;
         let (low, high) = powers(a, n.abs() as u32, is_even);
         for lane in 0..BOXES {
-            let a = Bounds::get(a, lane);
+            let a = a.lane(lane);
             let direct = Bounds {
                 low: low[lane],
                 high: high[lane],
@@ -49,34 +53,36 @@ pub(super) fn integer_power(out: &mut BoundsBlock, a: &BoundsBlock, exponent: Bo
             } else {
                 reciprocal(direct, a, is_even)
             };
-            Bounds::set(out, lane, result);
+            out.put(lane, result);
         }
     }
 }
 
 /// Bounds of a^n for n ≥ 1: from below at the lower end and from above at the upper one.
 #[inline(always)]
-fn powers(a: &BoundsBlock, n: u32, is_even: bool) -> (Lanes, Lanes) {
+fn powers<const BOXES: usize>(a: &BoundsBlock<BOXES>, n: u32, is_even: bool) -> ([f64; BOXES], [f64; BOXES]) {
     let (mut low, mut high) = (a.low, a.high);
     if is_even {
         for lane in 0..BOXES {
-            let magnitude = Bounds::get(a, lane).absolute();
+            let magnitude = a.lane(lane).absolute();
             (low[lane], high[lane]) = (magnitude.low, magnitude.high);
         }
     }
     let ends = side_by_side(&low, &high);
-    let (mut magnitudes, mut directions) = (ends, [1.0; 2 * BOXES]);
-    for end in 0..2 * BOXES {
-        // Upward for a number is downward for the magnitude of a negative one.
-        let is_low = end < BOXES;
-        let is_negative = ends[end] < 0.0;
-        directions[end] = if is_low != is_negative { -1.0 } else { 1.0 };
-        magnitudes[end] = ends[end].abs();
+    let (mut magnitudes, mut directions) = (ends, [[1.0; BOXES]; 2]);
+    for end in 0..2 {
+        for lane in 0..BOXES {
+            // Upward for a number is downward for the magnitude of a negative one.
+            let is_negative = ends[end][lane] < 0.0;
+            let is_downward = (end == 0) != is_negative;
+            directions[end][lane] = if is_downward { -1.0 } else { 1.0 };
+            magnitudes[end][lane] = ends[end][lane].abs();
+        }
     }
     let (magnitudes, _) = by_squaring((magnitudes, directions), n, multiply);
     for lane in 0..BOXES {
-        low[lane] = signed(magnitudes[lane], ends[lane]);
-        high[lane] = signed(magnitudes[BOXES + lane], ends[BOXES + lane]);
+        low[lane] = signed(magnitudes[0][lane], ends[0][lane]);
+        high[lane] = signed(magnitudes[1][lane], ends[1][lane]);
     }
     (low, high)
 }
@@ -120,40 +126,40 @@ fn reciprocal(p: Bounds, a: Bounds, is_even: bool) -> Bounds {
 /// a^b. Of positive numbers the power is monotone in both, so that the extremes are at corners.
 /// What has integers among its exponents (other than constants) is left to the table's rule.
 #[inline(always)]
-pub(super) fn power(out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
-    let (mut bases, mut exponents) = ([0.0; 4 * BOXES], [0.0; 4 * BOXES]);
+pub(super) fn power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+    let (mut bases, mut exponents) = ([[0.0; BOXES]; 4], [[0.0; BOXES]; 4]);
     for lane in 0..BOXES {
-        let (a, b) = (Bounds::get(a, lane), Bounds::get(b, lane));
+        let (a, b) = (a.lane(lane), b.lane(lane));
         for corner in 0..4 {
             let base = if corner < 2 { a.low } else { a.high };
-            bases[corner * BOXES + lane] = greatest(base, 0.0);
-            let is_first = corner % 2 == 0;
-            exponents[corner * BOXES + lane] = if is_first { b.low } else { b.high };
+            bases[corner][lane] = greatest(base, 0.0);
+            exponents[corner][lane] = if corner % 2 == 0 { b.low } else { b.high };
         }
     }
-    let mut corners = [0.0; 4 * BOXES];
-    slice::pow(&mut corners, &bases, &exponents);
+    let mut corners = [[0.0; BOXES]; 4];
+    slice::pow(
+        corners.as_flattened_mut(),
+        bases.as_flattened(),
+        exponents.as_flattened(),
+    );
     let mut all_ordinary = true;
     for lane in 0..BOXES {
-        let (a, b) = (Bounds::get(a, lane), Bounds::get(b, lane));
+        let (a, b) = (a.lane(lane), b.lane(lane));
         all_ordinary &= is_ordinary(a, b);
-        let corner = |place: usize| corners[place * BOXES + lane];
-        let low = least(least(corner(0), corner(1)), least(corner(2), corner(3)));
-        let high = greatest(
-            greatest(corner(0), corner(1)),
-            greatest(corner(2), corner(3)),
-        );
+        let [p, q, r, s] = [0, 1, 2, 3].map(|corner: usize| corners[corner][lane]);
+        let low = least(least(p, q), least(r, s));
+        let high = greatest(greatest(p, q), greatest(r, s));
         let low = greatest(function_below(low, false), 0.0);
         let high = function_above(high, false);
         let is_defined = (a.low > 0.0) | ((a.low == 0.0) & (b.low > 0.0));
         let result = Bounds::smooth(low, high, a, b).unless(is_defined, PARTIAL);
-        Bounds::set(out, lane, result);
+        out.put(lane, result);
     }
     if !all_ordinary {
         for lane in 0..BOXES {
-            let (a, b) = (Bounds::get(a, lane), Bounds::get(b, lane));
+            let (a, b) = (a.lane(lane), b.lane(lane));
             if !is_ordinary(a, b) {
-                Bounds::set(out, lane, Bounds::by_rule(Op::Power, &[a, b]));
+                out.put(lane, Bounds::by_rule(Op::Power, &[a, b]));
             }
         }
     }
