@@ -6,7 +6,9 @@
 //!
 //! The way through: `program` makes the derivatives, `lower` turns each wanted set of functions
 //! into a list of steps, and `kernel` runs the list: by `jit` (machine code), by `block` (the
-//! steps as a `tape`, each run over many points) or by `interpret` (the reference).
+//! steps as a `tape`, each run over many points) or by `interpret` (the reference). `explore`
+//! leads samplers and polygonizers through a subdivision of space, with tapes that `prune`
+//! shortens for its parts; `sparse` finds the parameters that matter in a box.
 
 mod field;
 mod monitor;
@@ -16,6 +18,12 @@ mod program;
 mod block;
 
 mod tape;
+
+mod prune;
+
+mod explore;
+
+mod sparse;
 
 mod compiled;
 
@@ -29,7 +37,9 @@ mod jit;
 
 pub use block::Kernels;
 pub use compiled::CompiledField;
+pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
 pub use field::Field;
 pub use jit::compilations;
 pub use monitor::{Monitor, Silent};
 pub use program::{Backend, Program};
+pub use sparse::SparseParameters;

@@ -7,6 +7,7 @@
 use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
+use super::prune::Trunk;
 use crate::graph::interval::{self, Enclosure, Interval};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
@@ -36,6 +37,9 @@ pub struct Program {
     gradients: OnceLock<Kernel>,
     parameter_gradients: OnceLock<Kernel>,
     enclosures: OnceLock<Enclosures>,
+    value_trunk: OnceLock<Trunk>,
+    gradient_trunk: OnceLock<Trunk>,
+    parameter_trunk: OnceLock<Trunk>,
 }
 
 impl Program {
@@ -75,6 +79,9 @@ impl Program {
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
             enclosures: OnceLock::new(),
+            value_trunk: OnceLock::new(),
+            gradient_trunk: OnceLock::new(),
+            parameter_trunk: OnceLock::new(),
         }
     }
 
@@ -165,11 +172,7 @@ impl Program {
         let sizes = (self.dimension, self.parameters.len());
         let new = || Enclosures::new(&self.graph, &self.roots, sizes);
         let enclosures = self.enclosures.get_or_init(new);
-        let kernels = match self.backend {
-            Backend::Block(kernels) => kernels,
-            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
-        };
-        if !enclosures.run(kernels, sides, q, outputs) {
+        if !enclosures.run(self.block_kernels(), sides, q, outputs) {
             // Too large for blocks: widest bounds, which are always true.
             let unknown = Enclosure {
                 range: Interval::ENTIRE,
@@ -219,8 +222,46 @@ impl Program {
             .get_or_init(|| self.derivatives(self.parameters.len()))
     }
 
-    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    /// What runs blocks: those of its tier, or the widest.
+    pub(super) fn block_kernels(&self) -> Kernels {
+        match self.backend {
+            Backend::Block(kernels) => kernels.or_narrower(),
+            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
+        }
+    }
+
+    /// The roots, to be pruned.
+    pub(super) fn value_trunk(&self) -> &Trunk {
+        let sizes = (self.dimension, self.parameters.len());
+        self.value_trunk
+            .get_or_init(|| Trunk::new(&self.graph, &self.roots, sizes))
+    }
+
+    /// The first root and its F_x, to be pruned.
+    pub(super) fn gradient_trunk(&self) -> &Trunk {
+        self.gradient_trunk.get_or_init(|| self.derivative_trunk(0))
+    }
+
+    /// The first root, its F_x and its F_q, to be pruned.
+    pub(super) fn parameter_trunk(&self) -> &Trunk {
+        self.parameter_trunk
+            .get_or_init(|| self.derivative_trunk(self.parameters.len()))
+    }
+
+    /// The first root and derivatives, to be pruned.
+    fn derivative_trunk(&self, parameters: usize) -> Trunk {
+        let (graph, roots) = self.derivative_roots(parameters);
+        Trunk::new(&graph, &roots, (self.dimension, self.parameters.len()))
+    }
+
+    /// The kernel of the first root, its F_x and the first components of its F_q.
     fn derivatives(&self, parameters: usize) -> Kernel {
+        let (graph, roots) = self.derivative_roots(parameters);
+        self.kernel(&graph, &roots)
+    }
+
+    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    fn derivative_roots(&self, parameters: usize) -> (Graph, Vec<NodeId>) {
         let mut graph = self.graph.clone();
         let axes = 0..self.dimension;
         let mut variables: Vec<NodeId> = axes.map(|axis| graph.coordinate(axis)).collect();
@@ -229,7 +270,7 @@ impl Program {
         if let Some(&root) = roots.first() {
             roots.extend(derive::reverse(&mut graph, root, &variables));
         }
-        self.kernel(&graph, &roots)
+        (graph, roots)
     }
 
     /// A kernel of these roots.

@@ -5,6 +5,7 @@
 //! bits are the same. A kernel has one instruction per shape, which says whether an operand is
 //! lanes or a scalar, the same number for all points.
 
+use super::choices::{self, Choice};
 use super::execute::{Block, Scalar, Sources};
 use super::number::{LANES, Number};
 use crate::engine::tape::Instruction;
@@ -19,6 +20,8 @@ pub(in crate::engine) struct Facts {
     pub(in crate::engine) arity: usize,
     /// Bit k is set if operand k is a scalar; the bits of those beyond the arity are the first's.
     pub(in crate::engine) scalars: u8,
+    /// The kind of choice that it is, if any.
+    pub(in crate::engine) choice: Option<Choice>,
 }
 
 impl Facts {
@@ -33,7 +36,11 @@ impl Facts {
             }
             place += 1;
         }
-        Facts { kernel, arity: kinds.len(), scalars }
+        let choice = match kernel {
+            Some(kernel) => choices::choice(kernel),
+            None => None,
+        };
+        Facts { kernel, arity: kinds.len(), scalars, choice }
     }
 }
 
