@@ -4,6 +4,7 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
+use super::Tier;
 use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
@@ -12,30 +13,17 @@ use crate::graph::interval::{self, Enclosure, Interval};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
-/// What executes kernels.
-///
-/// All give the same bits, elementary functions aside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// Machine code made by Cranelift.
-    MachineCode,
-    /// Blocks of points, one operation after the other, by kernels for this instruction set or,
-    /// where the processor lacks it, a narrower one.
-    Block(Kernels),
-    /// The reference interpreter; ten to forty times slower, on every platform.
-    Interpreter,
-}
-
 /// One or several functions of (x, q), ready to be evaluated.
 pub struct Program {
     graph: Graph,
     roots: Vec<NodeId>,
     dimension: usize,
     parameters: Vec<u32>,
-    backend: Backend,
+    tier: Tier,
     values: OnceLock<Kernel>,
     gradients: OnceLock<Kernel>,
     parameter_gradients: OnceLock<Kernel>,
+    hessians: OnceLock<Kernel>,
     enclosures: OnceLock<Enclosures>,
     value_trunk: OnceLock<Trunk>,
     gradient_trunk: OnceLock<Trunk>,
@@ -47,17 +35,12 @@ impl Program {
     /// is copied from the graph; a coordinate beyond the dimension does not exist: it is NaN.
     /// Nothing is compiled yet.
     pub fn new(graph: &Graph, roots: &[NodeId], dimension: usize) -> Program {
-        Program::with_backend(graph, roots, dimension, Backend::MachineCode)
+        Program::with_tier(graph, roots, dimension, Tier::Automatic)
     }
 
-    /// The same with a choice of what executes it. Where machine code cannot be made, the
-    /// interpreter serves also those who ask for machine code; see [`Program::backend`].
-    pub fn with_backend(
-        graph: &Graph,
-        roots: &[NodeId],
-        dimension: usize,
-        backend: Backend,
-    ) -> Program {
+    /// The same, executed by this tier alone. Where machine code cannot be made, blocks serve also
+    /// those who ask for machine code; see [`Program::tier`].
+    pub fn with_tier(graph: &Graph, roots: &[NodeId], dimension: usize, tier: Tier) -> Program {
         let dimension = dimension.min(3);
         let parameters = graph.support(roots).parameters;
         let (graph, roots) = rebuild(graph, roots, |target, node, operands| match node {
@@ -74,10 +57,11 @@ impl Program {
             roots,
             dimension,
             parameters,
-            backend,
+            tier,
             values: OnceLock::new(),
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
+            hessians: OnceLock::new(),
             enclosures: OnceLock::new(),
             value_trunk: OnceLock::new(),
             gradient_trunk: OnceLock::new(),
@@ -106,9 +90,10 @@ impl Program {
         self.graph.reachable(&self.roots).len()
     }
 
-    /// What executes the values. Compiles them on first use.
-    pub fn backend(&self) -> Backend {
-        self.values().backend()
+    /// What executes the values of a batch of `count` points: never [`Tier::Automatic`]. Makes
+    /// the machine code if that is what would run.
+    pub fn tier(&self, count: usize) -> Tier {
+        self.values().tier(count)
     }
 
     /// All roots at one point, into the first places of `outputs`. Missing coordinates and
@@ -143,7 +128,9 @@ impl Program {
         outputs: &mut [&mut [f32]],
     ) -> bool {
         let kernel = self.values();
-        kernel.run_f32(points, &kernel.uniforms(q), outputs)
+        let uniforms = kernel.uniforms(q);
+        let uniforms: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
+        kernel.run_f32(points, &uniforms, outputs)
     }
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:
@@ -224,10 +211,7 @@ impl Program {
 
     /// What runs blocks: those of its tier, or the widest.
     pub(super) fn block_kernels(&self) -> Kernels {
-        match self.backend {
-            Backend::Block(kernels) => kernels.or_narrower(),
-            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
-        }
+        self.tier.kernels()
     }
 
     /// The roots, to be pruned.
@@ -273,9 +257,31 @@ impl Program {
         (graph, roots)
     }
 
+    /// The kernel of the first root, its F_x and the upper triangle of its F_xx, row by row.
+    pub(super) fn hessians(&self) -> &Kernel {
+        self.hessians.get_or_init(|| {
+            let mut graph = self.graph.clone();
+            let variables: Vec<NodeId> = (0..self.dimension)
+                .map(|axis| graph.coordinate(axis))
+                .collect();
+            let mut roots: Vec<NodeId> = self.roots.first().copied().into_iter().collect();
+            if let Some(&root) = roots.first() {
+                roots.extend(derive::reverse(&mut graph, root, &variables));
+                let matrix = derive::hessian(&mut graph, root, &variables);
+                roots.extend(
+                    matrix
+                        .iter()
+                        .enumerate()
+                        .flat_map(|(row, entries)| &entries[row..]),
+                );
+            }
+            self.kernel(&graph, &roots)
+        })
+    }
+
     /// A kernel of these roots.
     fn kernel(&self, graph: &Graph, roots: &[NodeId]) -> Kernel {
         let sizes = (self.dimension, self.parameters.len());
-        Kernel::new(graph, roots, sizes, self.backend)
+        Kernel::new(graph, roots, sizes, self.tier)
     }
 }

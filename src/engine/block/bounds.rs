@@ -9,9 +9,9 @@
 //! errors are below one.
 
 use super::number::{LANES, Number, lend};
-use crate::math::slice;
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
+use crate::math::slice;
 
 /// An enclosure with its regularity as a number: that of the result of an operation is the
 /// minimum of its operands'.
