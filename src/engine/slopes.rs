@@ -13,6 +13,7 @@
 //! bounded: compositions of the table's operations are then piecewise C¹ and Lipschitz there.
 
 use super::block::{Enclosures, Kernels, Scalars};
+use super::lower::copy_leaf;
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Graph, Interval, Node, NodeId, Op, derive};
 
@@ -135,7 +136,8 @@ impl Slopes {
         let columns = points.each_ref().map(|column| &column[..length]);
         let mut at_centre = [OPEN; CHUNK];
         let outputs = &mut [&mut at_centre[..length]];
-        let done = done && (self.value).run(kernels, &columns[..dimension], &scalars.value, outputs);
+        let done =
+            done && (self.value).run(kernels, &columns[..dimension], &scalars.value, outputs);
         for (index, value) in values.iter_mut().enumerate() {
             if value.regularity != Regularity::Continuous {
                 continue;
@@ -190,9 +192,9 @@ fn mean_value(
     Some(sum)
 }
 
-/// The graph with every branch of a derivative left open where the comparison that chooses it is
-/// one of equal numbers. Nodes from `first_new` on are those of derivatives; `open` is the place of
-/// a parameter that stands for an open condition.
+/// The graph with the comparisons, signs and directions of derivatives left open where they have
+/// kinks. Nodes from `first_new` on are those of derivatives; the first root is F, which does not
+/// change. `open` is the place of a parameter that stands for an open condition.
 fn with_open_ties(
     graph: &Graph,
     roots: &[NodeId],
@@ -201,70 +203,63 @@ fn with_open_ties(
 ) -> (Graph, Vec<NodeId>) {
     let mut target = Graph::new();
     let open = target.parameter(open);
-    let mut copies: Vec<NodeId> = vec![open; graph.len()];
+    // What nodes become in F, and in derivatives.
+    let mut kept: Vec<NodeId> = vec![open; graph.len()];
+    let mut opened = kept.clone();
     for id in graph.reachable(roots) {
-        copies[id.index()] = match graph.node(id) {
-            Node::Constant(bits) => target.constant(f64::from_bits(bits)),
-            Node::Coordinate(axis) => target.coordinate(usize::from(axis)),
-            Node::Parameter(index) => target.parameter(index as usize),
+        let (copy, with_open) = match graph.node(id) {
             Node::Apply(op, operands) => {
-                let mapped = operands.map(|operand| copies[operand.index()]);
-                let copy = target.apply(op, &mapped[..op.arity()]);
-                let kink = (id.index() >= first_new)
-                    .then(|| kink(graph, op, operands))
-                    .flatten();
-                match kink {
-                    Some(Kink::Tie([a, b])) => {
-                        let [a, b] = [a, b].map(|id| copies[id.index()]);
-                        let hull = target.apply(Op::Select, &[open, mapped[1], mapped[2]]);
-                        at_tie(&mut target, [a, b], hull, copy)
-                    }
-                    Some(Kink::Sign) => {
-                        let [zero, one, minus_one] =
-                            [0.0, 1.0, -1.0].map(|number| target.constant(number));
-                        let hull = target.apply(Op::Select, &[open, minus_one, one]);
-                        at_tie(&mut target, [mapped[0], zero], hull, copy)
-                    }
-                    Some(Kink::Cosine) => {
-                        // A side is no longer than the hypotenuse.
-                        let [one, minus_one] = [1.0, -1.0].map(|number| target.constant(number));
-                        let below = target.apply(Op::Min, &[copy, one]);
-                        target.apply(Op::Max, &[below, minus_one])
-                    }
-                    None => copy,
-                }
+                let is_new = id.index() >= first_new;
+                let copies = if is_new { &opened } else { &kept };
+                let operands = operands.map(|operand| copies[operand.index()]);
+                let copy = target.apply(op, &operands[..op.arity()]);
+                let may_open = is_new || matches!(op, Op::Less | Op::LessEqual);
+                let with_open =
+                    may_open.then(|| opened_kink(&mut target, op, operands, copy, open));
+                (copy, with_open.unwrap_or(copy))
+            }
+            leaf => {
+                let copy = copy_leaf(&mut target, leaf);
+                (copy, copy)
             }
         };
+        (kept[id.index()], opened[id.index()]) = (copy, with_open);
     }
-    let roots = roots.iter().map(|root| copies[root.index()]).collect();
+    let derivatives = roots.iter().skip(1).map(|root| opened[root.index()]);
+    let first = roots.iter().take(1).map(|root| kept[root.index()]);
+    let roots = first.chain(derivatives).collect();
     (target, roots)
 }
 
-/// What a derivative does at a kink.
-enum Kink {
-    /// It takes another branch where these are equal.
-    Tie([NodeId; 2]),
-    /// It changes its sign.
-    Sign,
-    /// It is the cosine of a direction that is undefined at a point.
-    Cosine,
+/// What an operation of a derivative becomes.
+fn opened_kink(
+    graph: &mut Graph,
+    op: Op,
+    [a, b, _]: [NodeId; 3],
+    copy: NodeId,
+    open: NodeId,
+) -> NodeId {
+    let [zero, one, minus_one] = [0.0, 1.0, -1.0].map(|number| graph.constant(number));
+    match op {
+        Op::Less | Op::LessEqual => at_tie(graph, [a, b], open, copy),
+        Op::Sign => {
+            let either = graph.apply(Op::Select, &[open, minus_one, one]);
+            at_tie(graph, [a, zero], either, copy)
+        }
+        Op::Divide if is_hypotenuse(graph, b, a) => {
+            // A side is no longer than the hypotenuse.
+            let below = graph.apply(Op::Min, &[copy, one]);
+            graph.apply(Op::Max, &[below, minus_one])
+        }
+        _ => copy,
+    }
 }
 
-/// The kink of an operation of a derivative, if it has one.
-fn kink(graph: &Graph, op: Op, [a, b, _]: [NodeId; 3]) -> Option<Kink> {
-    match op {
-        Op::Select => match graph.node(a) {
-            Node::Apply(Op::Less | Op::LessEqual, [first, second, _]) => {
-                Some(Kink::Tie([first, second]))
-            }
-            _ => None,
-        },
-        Op::Sign => Some(Kink::Sign),
-        Op::Divide => match graph.node(b) {
-            Node::Apply(Op::Hypot, sides) => sides[..2].contains(&a).then_some(Kink::Cosine),
-            _ => None,
-        },
-        _ => None,
+/// Whether a node is the hypotenuse of this side.
+fn is_hypotenuse(graph: &Graph, node: NodeId, side: NodeId) -> bool {
+    match graph.node(node) {
+        Node::Apply(Op::Hypot, [a, b, _]) => a == side || b == side,
+        _ => false,
     }
 }
 

@@ -1,29 +1,29 @@
 //! Enclosures of boxes, one or many: a tape over intervals.
 //!
 //! The steps are those of the graph itself, in which every operation keeps its own interval rule;
-//! lowered ones would enclose less tightly. Boxes are taken in blocks, so a result does not
-//! depend on how many there are.
+//! lowered ones would enclose less tightly. Boxes are taken 64 at a time or, if there are few, one
+//! by one by [`super::single`]; the bits are the same.
 
-use super::bounds::{BOXES, Bounds, BoundsBlock};
-use super::execute::Columns;
-use super::number::Number;
-use super::{CACHE, Kernels, LARGEST_MEMORY, dispatch};
+use super::bounds::{Bounds, BoundsBlock};
+use super::number::{LANES, Number, lend};
+use super::single::{self, Line};
+use super::{Kernels, LARGEST_MEMORY, dispatch, run_block};
 use crate::engine::lower::{self, Lowered, Operand};
 use crate::engine::tape::{self, Tape};
 use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Interval, NodeId};
 
-/// The most blocks that are computed at a time.
-const LARGEST_GROUP: usize = 4;
-
-/// The outputs of one run that need no allocation.
-const FEW: usize = 4;
+/// So many boxes take longer one by one than as a block.
+const FEW: usize = 8;
 
 /// What encloses some roots of a graph.
 pub(in crate::engine) struct Enclosures {
     lowered: Lowered,
     tape: Tape,
-    constants: Vec<Bounds>,
+    /// The tape for one box.
+    lines: Vec<Line>,
+    /// The scalars, if there are no parameters.
+    fixed: Option<Scalars>,
 }
 
 /// What is the same for all boxes: the parameters, what depends on them alone, and constants.
@@ -39,13 +39,12 @@ impl Enclosures {
     ) -> Enclosures {
         let lowered = lower::list(graph, roots, dimension, parameters);
         let tape = tape::assemble(&lowered);
-        let constants = tape.constants.iter();
+        let fixed = (parameters == 0).then(|| Scalars(scalars(&lowered, &[], &tape.constants)));
         Enclosures {
-            constants: constants
-                .map(|&number| Enclosure::of_number(number).into())
-                .collect(),
+            lines: single::lines(&tape),
             lowered,
             tape,
+            fixed,
         }
     }
 
@@ -53,28 +52,13 @@ impl Enclosures {
     /// is undefined.
     pub(in crate::engine) fn scalars(&self, q: &[f64], ranges: &[Enclosure]) -> Scalars {
         let numbers = q.iter().map(|&number| Enclosure::of_number(number));
-        let mut uniforms: Vec<Enclosure> = numbers
-            .chain(ranges.iter().copied())
-            .take(self.lowered.parameters)
-            .collect();
-        uniforms.resize(self.lowered.parameters, Enclosure::of_number(f64::NAN));
-        for step in &self.lowered.uniform_steps {
-            let operands = step.operands.map(|operand| match operand {
-                Operand::Uniform(index) => uniforms[index as usize],
-                Operand::Constant(number) => Enclosure::of_number(number),
-                // Neither occurs in what depends on q alone.
-                Operand::Coordinate(_) | Operand::Register(_) => Enclosure::of_number(f64::NAN),
-            });
-            let rule = step.operation.operation().interval;
-            uniforms.push(rule(&operands[..step.operands().len()]));
-        }
-        let mut scalars: Vec<Bounds> = uniforms.into_iter().map(Bounds::from).collect();
-        scalars.extend(&self.constants);
-        Scalars(scalars)
+        let parameters = numbers.chain(ranges.iter().copied());
+        Scalars(bounds_of(&self.lowered, parameters, &self.tape.constants))
     }
 
     /// All outputs over as many boxes as the shortest column has; a missing column has none.
-    /// Returns false, with the outputs as they were, if the tape is too large to run.
+    /// Returns false, with the outputs as they were,
+    /// if the tape is too large to run.
     pub(in crate::engine) fn run(
         &self,
         kernels: Kernels,
@@ -83,8 +67,7 @@ impl Enclosures {
         outputs: &mut [&mut [Enclosure]],
     ) -> bool {
         let (dimension, results) = (self.lowered.dimension, self.lowered.outputs.len());
-        let block = self.tape.registers * size_of::<BoundsBlock>();
-        if block > LARGEST_MEMORY {
+        if self.tape.registers * size_of::<BoundsBlock>() > LARGEST_MEMORY {
             return false;
         }
         if sides.len() < dimension || outputs.len() < results {
@@ -94,88 +77,111 @@ impl Enclosures {
         let lengths = sides.iter().map(|column| column.len());
         let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
         let count = lengths.min().unwrap_or(0);
-        let blocks = count.div_ceil(BOXES);
-        let group = (CACHE / block.max(1)).clamp(1, LARGEST_GROUP).min(blocks);
-        let registers = group * self.tape.registers;
-        Bounds::with_memory(registers + group * (dimension + results), |memory| {
-            let (registers, columns) = memory.split_at_mut(registers);
-            let (points, found) = columns.split_at_mut(group * dimension);
-            for start in (0..count).step_by(group * BOXES) {
-                let part = start..count.min(start + group * BOXES);
-                for (blocks, column) in points.chunks_exact_mut(group).zip(sides) {
-                    load(blocks, &column[part.clone()]);
-                }
-                let blocks = part.len().div_ceil(BOXES);
-                self.run_group(kernels, (group, blocks), points, scalars, registers, found);
-                for (blocks, column) in found.chunks_exact(group).zip(outputs.iter_mut()) {
-                    store(&mut column[part.clone()], blocks);
-                }
-            }
-        });
+        let rest = count % LANES;
+        let in_blocks = if rest <= FEW { count - rest } else { count };
+        if in_blocks > 0 {
+            self.run_blocks(kernels, in_blocks, sides, scalars, outputs);
+        }
+        if in_blocks < count {
+            self.run_single(kernels, in_blocks..count, sides, scalars, outputs);
+        }
         true
     }
 
-    /// Runs the tape on the first blocks of columns that have `group` each.
-    fn run_group(
+    /// The first `count` boxes, in blocks. Lanes that are left over repeat the last box: they cost
+    /// what it costs.
+    fn run_blocks(
         &self,
         kernels: Kernels,
-        (group, blocks): (usize, usize),
-        points: &[BoundsBlock],
+        count: usize,
+        sides: &[&[Interval]],
         scalars: &Scalars,
-        registers: &mut [BoundsBlock],
-        found: &mut [BoundsBlock],
+        outputs: &mut [&mut [Enclosure]],
     ) {
-        let mut coordinates: [&[BoundsBlock]; 3] = [&[]; 3];
-        for (coordinate, column) in coordinates.iter_mut().zip(points.chunks_exact(group)) {
-            *coordinate = &column[..blocks];
-        }
-        let mut few: [&mut [BoundsBlock]; FEW] = Default::default();
-        let mut many: Vec<&mut [BoundsBlock]>;
-        let found = found
-            .chunks_exact_mut(group)
-            .map(|column| &mut column[..blocks]);
-        let outputs = if found.len() <= FEW {
-            let count = found.len();
-            for (few, column) in few.iter_mut().zip(found) {
-                *few = column;
+        let memory = self.tape.registers + sides.len() + outputs.len();
+        Bounds::with_memory(memory, |memory| {
+            let (registers, columns) = memory.split_at_mut(self.tape.registers);
+            let (points, found) = columns.split_at_mut(sides.len());
+            for start in (0..count).step_by(LANES) {
+                let lanes = LANES.min(count - start);
+                for (block, column) in points.iter_mut().zip(sides) {
+                    let column = &column[start..start + lanes];
+                    for lane in 0..LANES {
+                        let side = column[lane.min(lanes - 1)];
+                        Bounds::set(block, lane, Bounds::of_side(side));
+                    }
+                }
+                run_block(&self.tape, kernels, points, &scalars.0, registers, found);
+                for (block, column) in found.iter().zip(outputs.iter_mut()) {
+                    for (lane, enclosure) in column[start..start + lanes].iter_mut().enumerate() {
+                        *enclosure = Bounds::get(block, lane).into();
+                    }
+                }
             }
-            &mut few[..count]
-        } else {
-            many = found.collect();
-            &mut many[..]
-        };
-        let mut columns = Columns {
-            points: &coordinates[..self.lowered.dimension],
-            scalars: &scalars.0,
-            outputs,
-        };
-        dispatch::run(kernels, &self.tape, blocks, registers, &mut columns);
+        });
+    }
+
+    /// These boxes, one by one.
+    fn run_single(
+        &self,
+        kernels: Kernels,
+        boxes: std::ops::Range<usize>,
+        sides: &[&[Interval]],
+        scalars: &Scalars,
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        thread_local! {
+            static KEPT: std::cell::Cell<Vec<Bounds>> = const { std::cell::Cell::new(Vec::new()) };
+        }
+        let memory = single::memory(&self.tape, outputs.len());
+        KEPT.with(|kept| {
+            lend(kept, memory, Bounds::of_side(Interval::EMPTY), |memory| {
+                for index in boxes {
+                    let coordinates = single::coordinates(&self.tape, memory);
+                    for (coordinate, column) in coordinates.iter_mut().zip(sides) {
+                        *coordinate = Bounds::of_side(column[index]);
+                    }
+                    dispatch::run_single(kernels, &self.lines, &scalars.0, memory);
+                    let found = single::outputs(&self.tape, memory);
+                    for (&bounds, column) in found.iter().zip(outputs.iter_mut()) {
+                        column[index] = bounds.into();
+                    }
+                }
+            });
+        });
+    }
+
+    /// The scalars, if they do not depend on any parameter.
+    pub(in crate::engine) fn fixed_scalars(&self) -> Option<&Scalars> {
+        self.fixed.as_ref()
     }
 }
 
-/// Puts sides into lanes. Lanes that are left over repeat the last side: they cost what it costs.
-fn load(blocks: &mut [BoundsBlock], sides: &[Interval]) {
-    let (whole, rest) = sides.as_chunks::<BOXES>();
-    let mut blocks = blocks.iter_mut();
-    // The chunks first: a zip that ends asks its first part once more.
-    for (sides, block) in whole.iter().zip(blocks.by_ref()) {
-        for lane in 0..BOXES {
-            Bounds::set(block, lane, Bounds::of_side(sides[lane]));
-        }
-    }
-    if let (Some(block), Some(&last)) = (blocks.next(), rest.last()) {
-        for lane in 0..BOXES {
-            let side = rest.get(lane).copied().unwrap_or(last);
-            Bounds::set(block, lane, Bounds::of_side(side));
-        }
-    }
+/// The bounds of what is the same for all boxes: parameters, what depends on them alone, and
+/// constants. A missing parameter is NaN.
+pub(in crate::engine) fn scalars(lowered: &Lowered, q: &[f64], constants: &[f64]) -> Vec<Bounds> {
+    let numbers = q.iter().map(|&number| Enclosure::of_number(number));
+    bounds_of(lowered, numbers, constants)
 }
 
-/// Takes enclosures from lanes.
-fn store(enclosures: &mut [Enclosure], blocks: &[BoundsBlock]) {
-    for (enclosures, block) in enclosures.chunks_mut(BOXES).zip(blocks) {
-        for (lane, enclosure) in enclosures.iter_mut().enumerate() {
-            *enclosure = Bounds::get(block, lane).into();
-        }
+/// The same with parameters that are enclosures.
+fn bounds_of(
+    lowered: &Lowered,
+    parameters: impl Iterator<Item = Enclosure>,
+    constants: &[f64],
+) -> Vec<Bounds> {
+    let mut uniforms: Vec<Enclosure> = parameters.take(lowered.parameters).collect();
+    uniforms.resize(lowered.parameters, Enclosure::of_number(f64::NAN));
+    for step in &lowered.uniform_steps {
+        let operands = step.operands.map(|operand| match operand {
+            Operand::Uniform(index) => uniforms[index as usize],
+            Operand::Constant(number) => Enclosure::of_number(number),
+            // Neither occurs in what depends on q alone.
+            Operand::Coordinate(_) | Operand::Register(_) => Enclosure::of_number(f64::NAN),
+        });
+        let rule = step.operation.operation().interval;
+        uniforms.push(rule(&operands[..step.operands().len()]));
     }
+    uniforms.extend(constants.iter().map(|&number| Enclosure::of_number(number)));
+    uniforms.into_iter().map(Bounds::from).collect()
 }

@@ -4,9 +4,9 @@
 //! each is an IEEE operation or a branch-free combination of some, so that a loop over lanes
 //! becomes vector code of any width with the bits of the table's value rules.
 
-use crate::math::slice;
 use crate::graph::Op;
-use crate::graph::operation::value::is_integer_power;
+use crate::graph::operation::value::is_algebraic_power;
+use crate::math::slice;
 
 /// The lanes of one block of floating-point numbers.
 pub(in crate::engine) const LANES: usize = 64;
@@ -287,10 +287,10 @@ macro_rules! floating_point {
                     }
                     Op::Power => {
                         slice::pow(out, a, b);
-                        // Integer exponents are taken by repeated multiplication.
-                        if b.iter().any(|&b| is_integer_power(f64::from(b))) {
+                        // Integers and ½ have rules of their own.
+                        if b.iter().any(|&b| is_algebraic_power(f64::from(b))) {
                             for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-                                if is_integer_power(f64::from(b)) {
+                                if is_algebraic_power(f64::from(b)) {
                                     *out = op.value([f64::from(a), f64::from(b), 0.0]) as $float;
                                 }
                             }

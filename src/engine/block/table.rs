@@ -5,6 +5,7 @@
 //! bits are the same. A kernel has one instruction per shape, which says whether an operand is
 //! lanes or a scalar, the same number for all points.
 
+use super::choices::{self, Choice};
 use super::execute::{Block, Scalar, Sources};
 use super::number::Number;
 use crate::engine::tape::Instruction;
@@ -19,6 +20,8 @@ pub(in crate::engine) struct Facts {
     pub(in crate::engine) arity: usize,
     /// Bit k is set if operand k is a scalar; the bits of those beyond the arity are the first's.
     pub(in crate::engine) scalars: u8,
+    /// The kind of choice that it is, if any.
+    pub(in crate::engine) choice: Option<Choice>,
 }
 
 impl Facts {
@@ -27,13 +30,26 @@ impl Facts {
         let mut scalars = 0;
         let mut place = 0;
         while place < 3 {
-            let kind = if place < kinds.len() { kinds[place] } else { kinds[0] };
+            let kind = if place < kinds.len() {
+                kinds[place]
+            } else {
+                kinds[0]
+            };
             if let Kind::Scalar = kind {
                 scalars |= 1 << place;
             }
             place += 1;
         }
-        Facts { kernel, arity: kinds.len(), scalars }
+        let choice = match kernel {
+            Some(kernel) => choices::choice(kernel),
+            None => None,
+        };
+        Facts {
+            kernel,
+            arity: kinds.len(),
+            scalars,
+            choice,
+        }
     }
 }
 
@@ -123,6 +139,7 @@ macro_rules! kernels {
         ];
 
         /// What an instruction gives for single numbers; those beyond its arity are ignored.
+        #[inline(always)]
         pub(in crate::engine) fn single<N: Number>(code: Code, operands: [N; 3]) -> N {
             match code {
                 $($(Code::$variant => {

@@ -8,9 +8,9 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::{periodic, powers};
 use super::rounding::{function_above, function_below, greatest, least};
 use super::{Bounds, BoundsBlock, DEFINED, EMPTY, PARTIAL};
+use super::{periodic, powers};
 use crate::engine::block::number::Number;
 use crate::graph::Op;
 use crate::graph::operation::value::is_power_of_two;
@@ -22,7 +22,10 @@ const ABOVE_HALF_PI: f64 = FRAC_PI_2.next_up();
 
 /// Both ends side by side, so that one loop computes a function of both.
 #[inline(always)]
-pub(super) fn side_by_side<const BOXES: usize>(low: &[f64; BOXES], high: &[f64; BOXES]) -> [[f64; BOXES]; 2] {
+pub(super) fn side_by_side<const BOXES: usize>(
+    low: &[f64; BOXES],
+    high: &[f64; BOXES],
+) -> [[f64; BOXES]; 2] {
     [*low, *high]
 }
 
@@ -122,7 +125,8 @@ pub(super) fn exp<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBl
 pub(super) fn log<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     increasing!(log, out, a, in NOT_NEGATIVE, to LINE, exact at 1.0);
     for lane in 0..BOXES {
-        let result = out.lane(lane)
+        let result = out
+            .lane(lane)
             .unless(a.low[lane] > 0.0, PARTIAL)
             .unless(a.high[lane] > 0.0, EMPTY);
         out.put(lane, result);
@@ -191,7 +195,11 @@ pub(super) fn acos<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsB
 
 /// √(a² + b²), which increases with both magnitudes; the other one if one is 0.
 #[inline(always)]
-pub(super) fn hypot<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+pub(super) fn hypot<const BOXES: usize>(
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    b: &BoundsBlock<BOXES>,
+) {
     let (mut first, mut second) = (*a, *b);
     for lane in 0..BOXES {
         first.put(lane, a.lane(lane).absolute());
@@ -200,9 +208,14 @@ pub(super) fn hypot<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bounds
     let first_ends = side_by_side(&first.low, &first.high);
     let second_ends = side_by_side(&second.low, &second.high);
     let mut values = [[0.0; BOXES]; 2];
-    slice::hypot(values.as_flattened_mut(), first_ends.as_flattened(), second_ends.as_flattened());
+    slice::hypot(
+        values.as_flattened_mut(),
+        first_ends.as_flattened(),
+        second_ends.as_flattened(),
+    );
     for lane in 0..BOXES {
-        let exact = [0, 1].map(|end| (first_ends[end][lane] == 0.0) | (second_ends[end][lane] == 0.0));
+        let exact =
+            [0, 1].map(|end| (first_ends[end][lane] == 0.0) | (second_ends[end][lane] == 0.0));
         let low = function_below(values[0][lane], exact[0]);
         let high = function_above(values[1][lane], exact[1]);
         let regularity = least(a.regularity[lane], b.regularity[lane]);
@@ -252,7 +265,11 @@ fn extreme_corners(y: Bounds, x: Bounds) -> [(f64, f64); 2] {
 
 /// The angle of points (b, a), 0 at the origin.
 #[inline(always)]
-pub(super) fn atan2<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+pub(super) fn atan2<const BOXES: usize>(
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    b: &BoundsBlock<BOXES>,
+) {
     let (mut y, mut x) = ([[0.0; BOXES]; 2], [[0.0; BOXES]; 2]);
     for lane in 0..BOXES {
         let [first, last] = extreme_corners(a.lane(lane), b.lane(lane));
@@ -260,7 +277,11 @@ pub(super) fn atan2<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bounds
         (y[1][lane], x[1][lane]) = last;
     }
     let mut angles = [[0.0; BOXES]; 2];
-    slice::atan2(angles.as_flattened_mut(), y.as_flattened(), x.as_flattened());
+    slice::atan2(
+        angles.as_flattened_mut(),
+        y.as_flattened(),
+        x.as_flattened(),
+    );
     for lane in 0..BOXES {
         let (a, b) = (a.lane(lane), b.lane(lane));
         let has_origin = a.has_zero() & b.has_zero();
@@ -271,7 +292,11 @@ pub(super) fn atan2<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bounds
         let low = greatest(low, if a.low >= 0.0 { 0.0 } else { -ABOVE_PI });
         let high = least(high, if a.high < 0.0 { 0.0 } else { ABOVE_PI });
         let low = if has_origin { least(low, 0.0) } else { low };
-        let high = if has_origin { greatest(high, 0.0) } else { high };
+        let high = if has_origin {
+            greatest(high, 0.0)
+        } else {
+            high
+        };
         let low = if is_cut { -ABOVE_PI } else { low };
         let high = if is_cut { ABOVE_PI } else { high };
         let result = Bounds::smooth(low, high, a, b).unless(!has_origin & !is_cut, DEFINED);
@@ -282,7 +307,11 @@ pub(super) fn atan2<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bounds
 /// a mod b: where ⌊a/b⌋ is known the ends move with a; else they are 0 and b, widened by as much
 /// as the rounded remainder can miss them.
 #[inline(always)]
-pub(super) fn modulo<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+pub(super) fn modulo<const BOXES: usize>(
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    b: &BoundsBlock<BOXES>,
+) {
     for lane in 0..BOXES {
         let (a, b) = (a.lane(lane), b.lane(lane));
         let periods = a.divide(b).round_down();
@@ -290,7 +319,9 @@ pub(super) fn modulo<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bound
         let slack = modulo_slack(a, b);
         let low = greatest(stepwise.low, least(b.low, 0.0) - slack);
         let high = least(stepwise.high, greatest(b.high, 0.0) + slack);
-        out.put(lane, Bounds {
+        out.put(
+            lane,
+            Bounds {
                 low,
                 high,
                 regularity: stepwise.regularity,

@@ -11,7 +11,6 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use super::functions::side_by_side;
 use super::rounding::{function_above, function_below, greatest, least};
 use super::{Bounds, BoundsBlock, PARTIAL};
-use crate::engine::block::number::Number;
 use crate::graph::Op;
 use crate::math::slice;
 
@@ -27,10 +26,7 @@ fn turns(a: Bounds, per_unit: f64) -> (f64, f64) {
     const ABSOLUTE: f64 = 4.0 * f64::EPSILON;
     let slack_low = a.low.abs().mul_add(RELATIVE, ABSOLUTE);
     let slack_high = a.high.abs().mul_add(RELATIVE, ABSOLUTE);
-    (
-        a.low * per_unit - slack_low,
-        a.high * per_unit + slack_high,
-    )
+    (a.low * per_unit - slack_low, a.high * per_unit + slack_high)
 }
 
 /// How many numbers k + phase with an integer k may lie in between.

@@ -29,7 +29,11 @@ fn multiply<const BOXES: usize>(
 /// a^n, where n is usually an integer constant: repeated multiplication of the ends, rounded
 /// outward, which also bounds what repeated multiplication computes.
 #[inline(always)]
-pub(super) fn integer_power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, exponent: Bounds) {
+pub(super) fn integer_power<const BOXES: usize>(
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    exponent: Bounds,
+) {
     let n = exponent.low;
     let is_integer = n == exponent.high && is_integer_power(n) && !exponent.is_empty();
     if !is_integer {
@@ -60,7 +64,11 @@ pub(super) fn integer_power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a:
 
 /// Bounds of a^n for n ≥ 1: from below at the lower end and from above at the upper one.
 #[inline(always)]
-fn powers<const BOXES: usize>(a: &BoundsBlock<BOXES>, n: u32, is_even: bool) -> ([f64; BOXES], [f64; BOXES]) {
+fn powers<const BOXES: usize>(
+    a: &BoundsBlock<BOXES>,
+    n: u32,
+    is_even: bool,
+) -> ([f64; BOXES], [f64; BOXES]) {
     let (mut low, mut high) = (a.low, a.high);
     if is_even {
         for lane in 0..BOXES {
@@ -126,7 +134,11 @@ fn reciprocal(p: Bounds, a: Bounds, is_even: bool) -> Bounds {
 /// a^b. Of positive numbers the power is monotone in both, so that the extremes are at corners.
 /// What has integers among its exponents (other than constants) is left to the table's rule.
 #[inline(always)]
-pub(super) fn power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>, b: &BoundsBlock<BOXES>) {
+pub(super) fn power<const BOXES: usize>(
+    out: &mut BoundsBlock<BOXES>,
+    a: &BoundsBlock<BOXES>,
+    b: &BoundsBlock<BOXES>,
+) {
     let (mut bases, mut exponents) = ([[0.0; BOXES]; 4], [[0.0; BOXES]; 4]);
     for lane in 0..BOXES {
         let (a, b) = (a.lane(lane), b.lane(lane));
@@ -171,7 +183,9 @@ pub(super) fn power<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &Bounds
 fn is_ordinary(a: Bounds, b: Bounds) -> bool {
     let has_integer_end = is_integer_power(b.low) | is_integer_power(b.high);
     let has_integer = b.low.ceil() <= b.high;
-    !has_integer_end & (a.high > 0.0) & ((a.low >= 0.0) | !has_integer)
+    !has_integer_end
+        & (a.high > 0.0)
+        & ((a.low >= 0.0) | !has_integer)
         & !a.is_empty()
         & !b.is_empty()
 }
