@@ -51,17 +51,16 @@ pub(super) fn lines(tape: &Tape) -> Vec<Line> {
 
 /// Where an instruction finds its operands.
 fn operands(tape: &Tape, instruction: &Instruction) -> [u32; 3] {
-    let scalars = instruction.code.facts().scalars;
-    let mut places = [0; 3];
+    let facts = instruction.code.facts();
     let sources = [instruction.a, instruction.b, instruction.c];
-    for (operand, (place, source)) in places.iter_mut().zip(sources).enumerate() {
-        *place = match (scalars >> operand & 1, source.coordinate()) {
-            (1, _) => SCALAR | source.0,
-            (_, Some(axis)) => (tape.registers + axis) as u32,
-            (_, None) => source.0,
-        };
-    }
-    places
+    let place = |operand: usize| match (facts.scalars >> operand & 1, sources[operand].coordinate())
+    {
+        (1, _) => SCALAR | sources[operand].0,
+        (_, Some(axis)) => (tape.registers + axis) as u32,
+        (_, None) => sources[operand].0,
+    };
+    // What stands beyond the arity may be a place of anything.
+    [0, 1, 2].map(|operand| place(if operand < facts.arity { operand } else { 0 }))
 }
 
 /// How many numbers of memory a tape with so many outputs needs.
