@@ -47,7 +47,12 @@ impl Kernel {
         (dimension, parameters): (usize, usize),
         tier: Tier,
     ) -> Kernel {
-        let lowered = lower::lower(graph, roots, dimension, parameters);
+        let make = match tier {
+            // Blocks have kernels for what processors have no instructions for.
+            Tier::Block(_) => lower::list,
+            Tier::Automatic | Tier::MachineCode | Tier::Interpreter => lower::lower,
+        };
+        let lowered = make(graph, roots, dimension, parameters);
         Kernel {
             tier,
             tape: tape::assemble(&lowered),
