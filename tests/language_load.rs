@@ -136,7 +136,8 @@ fn a_loaded_field_is_a_field_like_any_other() {
                   let circle = polygonize(plane, bounds = -2..2, cell = 0.1)\n\
                   assert(abs(circle.length - 2*pi) < 0.1)\n\
                   print(f(1, 2, 3), grad(f)(1, 2, 3), f([0, 0, 0]), plane(3, 4), g(1, 0, 0))\n\
-                  print((f + 1)(0..2, 0, 0), grad(g)(1, 0, 0), (f + g)(0, 0, 0))\n";
+                  let e = (f + 1)(0..2, 0, 0)\n\
+                  print(e > -1e-9, e < 4 + 1e-9, grad(g)(1, 0, 0), (f + g)(0, 0, 0))\n";
     let folder = folder(&[("a.imp", script)]);
     fs::create_dir(folder.path().join("models")).unwrap();
     let plane = "_x var-x\n_y var-y\n_a mul _x _x\n_b mul _y _y\n_c add _a _b\n_d const 1.0\n\
@@ -147,9 +148,10 @@ fn a_loaded_field_is_a_field_like_any_other() {
     let path = folder.path().join("a.imp");
     let elsewhere = tempdir().unwrap();
     let run = imp_in(elsewhere.path(), &["run", path.to_str().unwrap()]).well();
+    // The enclosure is of the range 0..4, rounded outward.
     assert_eq!(
         run.stdout.lines().collect::<Vec<_>>(),
-        ["13 [2, 4, 6] -1 24 3", "0..4 [5, 0, 4] -1"]
+        ["13 [2, 4, 6] -1 24 3", "true true [5, 0, 4] -1"]
     );
 }
 
