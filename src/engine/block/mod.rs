@@ -21,7 +21,7 @@ use super::tape::Tape;
 pub use dispatch::Kernels;
 pub(super) use enclose::Enclosures;
 use execute::Columns;
-use number::{LANES, Number};
+pub(super) use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind};
 
 /// The bytes that the registers of a group of blocks may fill.
@@ -112,6 +112,23 @@ fn run_block<N: Number>(
         points: &points,
         scalars,
         outputs: &mut outputs,
+    };
+    dispatch::run(kernels, tape, 1, registers, &mut columns);
+}
+
+/// Runs a tape without outputs on the first block of the columns: from registers to registers.
+/// `idle` is a block to which nothing is written.
+pub(super) fn run_on_registers<N: Number>(
+    tape: &Tape,
+    kernels: Kernels,
+    points: &[&[N::Block]],
+    registers: &mut [N::Block],
+    idle: &mut N::Block,
+) {
+    let mut columns = Columns::<'_, '_, N> {
+        points,
+        scalars: &[],
+        outputs: &mut [std::slice::from_mut(idle)],
     };
     dispatch::run(kernels, tape, 1, registers, &mut columns);
 }
