@@ -16,6 +16,7 @@
 
 #![allow(unsafe_code)]
 
+pub(super) mod bounds;
 mod chunk;
 mod emit;
 mod memory;

@@ -1,16 +1,15 @@
-//! The order in which code for several points executes its steps.
+//! The order in which code that calls nothing executes its steps.
 //!
 //! A vector of numbers cannot be handed to a function without spilling all that is alive, and a
 //! function's own loop over lanes is faster than calls. So steps that are functions stand between
-//! chunks of code: chunks and groups of functions take turns over a block of points, and what they
-//! tell each other waits in slots. Steps are moved so that as many functions as possible stand in
+//! chunks of code: chunks and groups of functions take turns over a block of points or over a box,
+//! and what they tell each other waits in slots. Steps are moved so that as many functions as possible stand in
 //! a group: a step that needs a function's result waits while the chunk goes on with others.
 
 use super::chunk::{self, Lengths, NO_SLOT, Plan};
 use super::emit;
-use crate::engine::block::{self, Kind, LANES};
+use crate::engine::block::LANES;
 use crate::engine::lower::{Lowered, Operand, Step};
-use crate::engine::tape::{Instruction, Source, Tape};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 
@@ -22,19 +21,17 @@ pub(super) struct Stages {
     pub(super) plan: Plan,
     /// What the stages are.
     pub(super) stages: Vec<Stage>,
-    /// The numbers that functions take as operands, each with the slot that is filled with it
-    /// before the first stage.
-    pub(super) filled: Vec<(u32, Operand)>,
     /// The constants of the code, in the order of their places.
     pub(super) constants: Vec<f64>,
 }
 
-/// A stage.
+/// What the steps of a stage are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// Steps that become code.
+    /// They become code.
     Code,
-    /// Functions, as a tape whose registers are the slots.
-    Functions(Tape),
+    /// Functions, none of which needs another's result.
+    Functions,
 }
 
 /// How many steps may wait for functions while a chunk goes on without them.
@@ -60,16 +57,10 @@ pub(super) fn stages(lowered: &Lowered, lengths: Lengths) -> Stages {
     };
     chunk::assign_slots(&lowered, &mut plan, |step| is_function(&lowered.steps[step]));
     let constants = constants(&lowered, &mut plan);
-    let mut filled = Filled::default();
-    let stages = cuts.into_iter().map(|(range, is_code)| match is_code {
-        true => Stage::Code,
-        false => Stage::Functions(functions(&lowered, range, &mut plan, &mut filled)),
-    });
     Stages {
-        stages: stages.collect(),
+        stages: cuts.into_iter().map(|(_, stage)| stage).collect(),
         lowered,
         plan,
-        filled: filled.list,
         constants,
     }
 }
@@ -79,8 +70,8 @@ fn is_function(step: &Step) -> bool {
     emit::native(step.operation).is_none()
 }
 
-/// A range of steps, and whether they become code.
-type Cut = (Range<usize>, bool);
+/// A range of steps, and what they are.
+type Cut = (Range<usize>, Stage);
 
 /// The steps in the order of their execution, and where to cut them: code and functions take
 /// turns, beginning and ending with code.
@@ -119,7 +110,7 @@ fn order(lowered: &Lowered, length: usize) -> (Vec<usize>, Vec<Cut>) {
         }
         blocked.extend(earlier);
         waiting = blocked;
-        cuts.push((start..order.len(), true));
+        cuts.push((start..order.len(), Stage::Code));
         if functions.is_empty() && waiting.is_empty() && next == count {
             return (order, cuts);
         }
@@ -127,7 +118,7 @@ fn order(lowered: &Lowered, length: usize) -> (Vec<usize>, Vec<Cut>) {
             let start = order.len();
             functions.iter().for_each(|&step| is_done[step] = true);
             order.append(&mut functions);
-            cuts.push((start..order.len(), false));
+            cuts.push((start..order.len(), Stage::Functions));
         }
     }
 }
@@ -177,56 +168,4 @@ fn constants(lowered: &Lowered, plan: &mut Plan) -> Vec<f64> {
         }
     }
     constants
-}
-
-/// The slots that are filled with numbers that are the same for all points.
-#[derive(Default)]
-struct Filled {
-    list: Vec<(u32, Operand)>,
-    /// Which slot has this constant (by its bits) or uniform.
-    known: FxHashMap<(bool, u64), u32>,
-}
-
-impl Filled {
-    /// The slot of a constant or uniform.
-    fn slot(&mut self, operand: Operand, key: (bool, u64), plan: &mut Plan) -> u32 {
-        *self.known.entry(key).or_insert_with(|| {
-            let slot = plan.slots as u32;
-            plan.slots += 1;
-            self.list.push((slot, operand));
-            slot
-        })
-    }
-}
-
-/// A group of functions as a tape. An operand that is the same for all points gets a slot of its
-/// own.
-fn functions(lowered: &Lowered, range: Range<usize>, plan: &mut Plan, filled: &mut Filled) -> Tape {
-    let mut instructions = Vec::with_capacity(range.len());
-    for index in range {
-        let step = &lowered.steps[index];
-        let [a, b, c] = step.operands.map(|operand| match operand {
-            Operand::Register(register) => Source(plan.slot[register as usize]),
-            Operand::Coordinate(axis) => Source::of_coordinate(axis),
-            Operand::Constant(number) => {
-                Source(filled.slot(operand, (false, number.to_bits()), plan))
-            }
-            Operand::Uniform(index) => Source(filled.slot(operand, (true, index.into()), plan)),
-        });
-        let kernel = block::Kernel::from(step.operation);
-        // There is an instruction for lanes of every operation.
-        if let Some(code) = kernel.code(&[Kind::Lanes; 3][..step.operation.arity()]) {
-            instructions.push(Instruction {
-                code,
-                out: plan.slot[index],
-                a,
-                b,
-                c,
-            });
-        }
-    }
-    Tape {
-        instructions,
-        ..Tape::default()
-    }
 }

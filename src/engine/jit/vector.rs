@@ -7,6 +7,8 @@
 //!
 //! Compiling costs 3 to 6 ms per 1,000 steps, as for single points.
 
+mod functions;
+
 use super::chunk::Lengths;
 use super::emit::Lanes;
 use super::memory::FreeingModule;
@@ -16,6 +18,7 @@ use super::{Refusal, check_size};
 use crate::engine::block::{self, Kernels, LANES};
 use crate::engine::lower::{Lowered, Operand};
 use crate::engine::tape::Tape;
+use functions::{Filled, functions};
 
 /// A number of which machine code computes several at a time.
 pub(in crate::engine) trait Vectorised: block::Float {
@@ -105,11 +108,17 @@ pub(super) fn compile_with<T: Vectorised>(
     let lanes = T::VECTOR.0;
     let Stages {
         lowered,
-        plan,
+        mut plan,
         stages,
-        filled,
         constants,
     } = stages::stages(lowered, lengths);
+    let mut filled = Filled::default();
+    let mut tapes = Vec::new();
+    for (stage, range) in stages.iter().zip(plan.chunks.clone()) {
+        if *stage == Stage::Functions {
+            tapes.push(functions(&lowered, range, &mut plan, &mut filled));
+        }
+    }
     if plan.slots * size_of::<T::Block>() > LARGEST_MEMORY {
         return Err(Refusal::TooLarge);
     }
@@ -120,29 +129,28 @@ pub(super) fn compile_with<T: Vectorised>(
         plan: &plan,
         lanes,
     };
-    let code = (0..stages.len()).filter(|&stage| matches!(stages[stage], Stage::Code));
-    let functions = super::define(module, source, code)?;
+    let code = (0..stages.len()).filter(|&stage| stages[stage] == Stage::Code);
+    let code = super::define(module, source, code)?;
     module.finalize_definitions()?;
-    let mut functions = functions.into_iter();
-    let mut parts = Vec::with_capacity(stages.len());
-    for stage in stages {
-        match stage {
-            Stage::Functions(tape) => parts.push(Part::Functions(tape)),
-            Stage::Code => parts.extend(functions.next().map(|function| {
-                let address = module.get_finalized_function(function);
-                // SAFETY: the address is that of a finished function, which `translate` gave
-                // exactly this signature and the calling convention of `extern "C"`.
-                Part::Code(unsafe { std::mem::transmute::<*const u8, VectorFunction<T>>(address) })
-            })),
-        }
-    }
+    let mut code = code.into_iter().map(|function| {
+        let address = module.get_finalized_function(function);
+        // SAFETY: the address is that of a finished function, which `translate` gave exactly this
+        // signature and the calling convention of `extern "C"`.
+        Part::Code(unsafe { std::mem::transmute::<*const u8, VectorFunction<T>>(address) })
+    });
+    let mut tapes = tapes.into_iter().map(Part::Functions);
+    let parts = stages.into_iter().filter_map(|stage| match stage {
+        Stage::Code => code.next(),
+        Stage::Functions => tapes.next(),
+    });
+    let parts = parts.collect();
     let constants = constants
         .iter()
         .flat_map(|&number| std::iter::repeat_n(T::rounded(number), per_vector::<T>()));
     Ok(VectorCode {
         parts,
         constants: constants.collect(),
-        filled,
+        filled: filled.list,
         inputs: lowered.dimension,
         uniforms: lowered.uniforms(),
         outputs: lowered.outputs.len(),

@@ -197,11 +197,8 @@ fn functions_that_do_not_depend_on_each_other_stand_together() {
     let example = fields::blobs(14);
     let lowered = lower::lower(&example.graph, &[example.root], 3, example.q.len());
     let stages = stages::stages(&lowered, Lengths { whole: 256, chunk: 256 });
-    assert_eq!(stages.stages.len(), 3);
-    let Stage::Functions(tape) = &stages.stages[1] else {
-        panic!("functions stand between chunks");
-    };
-    assert_eq!(tape.instructions.len(), 14);
+    assert_eq!(stages.stages, [Stage::Code, Stage::Functions, Stage::Code]);
+    assert_eq!(stages.plan.chunks[1].len(), 14);
     // sin sin … x: each is a group, and two slots are enough.
     let mut graph = Graph::new();
     let mut root = graph.coordinate(0);
