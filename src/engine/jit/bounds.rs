@@ -182,7 +182,10 @@ fn define(
     let config = module.target_config();
     let mut is_regular = vec![false; source.lowered.steps.len()];
     let mut functions = Vec::new();
-    for (chunk, _) in (0..).zip(stages).filter(|(_, stage)| **stage == Stage::Code) {
+    for (chunk, _) in (0..)
+        .zip(stages)
+        .filter(|(_, stage)| **stage == Stage::Code)
+    {
         module.clear_context(&mut context);
         context.func.signature = translate::signature();
         let function = &mut context.func;
@@ -212,7 +215,7 @@ fn call(source: Source<'_>, step: usize) -> Call {
 }
 
 /// Few slots and outputs need no allocation.
-const FEW: usize = 16;
+const FEW: usize = 8;
 
 impl BoxCode {
     /// Encloses the outputs over the box with these sides. `uniforms` are the parameters and what

@@ -101,7 +101,11 @@ impl Lanes {
             Lanes::Two => number.to_le_bytes().repeat(2),
             Lanes::Four => (number as f32).to_le_bytes().repeat(4),
         };
-        let place = builder.func.dfg.constants.insert(ConstantData::from(&bytes[..]));
+        let place = builder
+            .func
+            .dfg
+            .constants
+            .insert(ConstantData::from(&bytes[..]));
         builder.ins().vconst(self.numbers(), place)
     }
 }

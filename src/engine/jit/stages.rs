@@ -55,7 +55,9 @@ pub(super) fn stages(lowered: &Lowered, lengths: Lengths) -> Stages {
         block: LANES,
         constants: FxHashMap::default(),
     };
-    chunk::assign_slots(&lowered, &mut plan, |step| is_function(&lowered.steps[step]));
+    chunk::assign_slots(&lowered, &mut plan, |step| {
+        is_function(&lowered.steps[step])
+    });
     let constants = constants(&lowered, &mut plan);
     Stages {
         stages: cuts.into_iter().map(|(_, stage)| stage).collect(),
@@ -95,10 +97,13 @@ fn order(lowered: &Lowered, length: usize) -> (Vec<usize>, Vec<Cut>) {
                 }
                 None => break,
             };
-            let is_ready = lowered.steps[step].operands().iter().all(|&operand| match operand {
-                Operand::Register(register) => is_done[register as usize],
-                _ => true,
-            });
+            let is_ready = lowered.steps[step]
+                .operands()
+                .iter()
+                .all(|&operand| match operand {
+                    Operand::Register(register) => is_done[register as usize],
+                    _ => true,
+                });
             if !is_ready {
                 blocked.push(step);
             } else if is_function(&lowered.steps[step]) {

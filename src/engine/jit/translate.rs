@@ -196,7 +196,8 @@ impl Point<'_, '_> {
             let mut operands = self.operands(step);
             let number = match emit::native(step.operation) {
                 Some(instruction) => {
-                    let number = emit::emit(&mut self.builder, self.lanes, instruction, &mut operands);
+                    let number =
+                        emit::emit(&mut self.builder, self.lanes, instruction, &mut operands);
                     self.note_masks(step, &operands);
                     number
                 }

@@ -157,7 +157,8 @@ impl Rules<'_> {
         self.joined.insert(key, joined);
         for part in [a, b] {
             // What is joined already changes nothing a second time.
-            self.joined.insert((part.min(joined), part.max(joined)), joined);
+            self.joined
+                .insert((part.min(joined), part.max(joined)), joined);
         }
         Some(joined)
     }
@@ -166,7 +167,10 @@ impl Rules<'_> {
     /// the ends; NaN where an operand is.
     fn around(&mut self, candidates: [Value; 4], a: Value, b: Value) -> Value {
         let [p, q, r, s] = candidates.map(|candidate| {
-            let known = self.builder.ins().fcmp(FloatCC::Ordered, candidate, candidate);
+            let known = self
+                .builder
+                .ins()
+                .fcmp(FloatCC::Ordered, candidate, candidate);
             self.and(candidate, known)
         });
         let one = emit::maximum(&mut self.builder, Lanes::Two, p, q);
@@ -459,11 +463,7 @@ impl Rules<'_> {
     }
 
     /// A vector of the table.
-    pub(super) fn entry(
-        &mut self,
-        place: usize,
-        kind: cranelift_codegen::ir::Type,
-    ) -> Value {
+    pub(super) fn entry(&mut self, place: usize, kind: cranelift_codegen::ir::Type) -> Value {
         let flags = MemFlagsData::trusted().with_readonly().with_can_move();
         self.builder
             .ins()

@@ -90,14 +90,16 @@ impl Table {
 
     fn add_use(&mut self, how: Use, number: f64) {
         let vectors = &mut self.vectors;
-        self.places.entry((how, number.to_bits())).or_insert_with(|| {
-            let ends = match how {
-                Use::Interval => BoxNumber::from(Enclosure::of_number(number)).ends,
-                Use::Magnitude => [number; 2],
-            };
-            vectors.push(Vector(ends.map(f64::to_bits)));
-            vectors.len() - 1
-        });
+        self.places
+            .entry((how, number.to_bits()))
+            .or_insert_with(|| {
+                let ends = match how {
+                    Use::Interval => BoxNumber::from(Enclosure::of_number(number)).ends,
+                    Use::Magnitude => [number; 2],
+                };
+                vectors.push(Vector(ends.map(f64::to_bits)));
+                vectors.len() - 1
+            });
     }
 
     /// Where a constant is; every one that steps need is there.

@@ -29,7 +29,12 @@ impl Filled {
 
 /// A group of functions as a tape whose registers are the slots. An operand that is the same for all points gets a slot of its
 /// own.
-pub(super) fn functions(lowered: &Lowered, range: Range<usize>, plan: &mut Plan, filled: &mut Filled) -> Tape {
+pub(super) fn functions(
+    lowered: &Lowered,
+    range: Range<usize>,
+    plan: &mut Plan,
+    filled: &mut Filled,
+) -> Tape {
     let mut instructions = Vec::with_capacity(range.len());
     for index in range {
         let step = &lowered.steps[index];

@@ -49,7 +49,14 @@ impl Tested for f32 {
         let points: Vec<&[f32]> = points.iter().map(|column| &column[..]).collect();
         let mut outputs: Vec<&mut [f32]> = columns.iter_mut().map(|c| &mut c[..]).collect();
         let kernels = Kernels::Baseline;
-        assert!(block::run(&tape, kernels, count, &points, &scalars, &mut outputs));
+        assert!(block::run(
+            &tape,
+            kernels,
+            count,
+            &points,
+            &scalars,
+            &mut outputs
+        ));
         columns
     }
 
@@ -68,7 +75,10 @@ fn run<T: Tested>(
     let mut outputs = vec![vec![T::rounded(0.25); count + 1]; code.outputs];
     let mut columns: Vec<&mut [T]> = outputs.iter_mut().map(|column| &mut column[..]).collect();
     let points: Vec<&[T]> = points.iter().map(|column| &column[..count]).collect();
-    let uniforms: Vec<T> = uniforms.iter().map(|&uniform| T::rounded(uniform)).collect();
+    let uniforms: Vec<T> = uniforms
+        .iter()
+        .map(|&uniform| T::rounded(uniform))
+        .collect();
     assert!(code.run(count, &points, &uniforms, &mut columns));
     outputs
 }
@@ -99,7 +109,11 @@ fn check<T: Tested>(
                     "{what}, output {output}, point {index} of {count}: {found:?}, not {expected:?}"
                 );
             }
-            assert_eq!(found[count].bits(), T::rounded(0.25).bits(), "{what} wrote too far");
+            assert_eq!(
+                found[count].bits(),
+                T::rounded(0.25).bits(),
+                "{what} wrote too far"
+            );
         }
     }
 }
@@ -114,7 +128,9 @@ fn outputs(seed: u64) -> Lowered {
     let parameter = graph.parameter(2);
     let root = graph.apply(Op::SquareRoot, &[parameter]);
     let constant = graph.constant(0.1);
-    let roots = [first, second, sine, coordinate, parameter, root, constant, first];
+    let roots = [
+        first, second, sine, coordinate, parameter, root, constant, first,
+    ];
     lower::lower(&graph, &roots, 3, PARAMETERS)
 }
 
@@ -149,7 +165,11 @@ fn special_numbers_have_the_same_bits() {
         let pairs = (0..count * count).map(|pair| place(pair / count, pair % count));
         pairs.map(|place| SPECIAL[place % SPECIAL.len()]).collect()
     };
-    let points = [of_pairs(|a, _| a), of_pairs(|_, b| b), of_pairs(|a, b| a + 2 * b)];
+    let points = [
+        of_pairs(|a, _| a),
+        of_pairs(|_, b| b),
+        of_pairs(|a, b| a + 2 * b),
+    ];
     check::<f64>(&lowered, LENGTHS, &points, [count * count], "f64");
     check::<f32>(&lowered, LENGTHS, &points, [count * count], "f32");
 }
@@ -175,7 +195,15 @@ fn long_kernels_give_the_same() {
     let mut graph = Graph::new();
     let random = &mut Random(3);
     let mut nodes: Vec<NodeId> = (0..3).map(|axis| graph.coordinate(axis)).collect();
-    let ops = [Op::Add, Op::Multiply, Op::Min, Op::Subtract, Op::Max, Op::Hypot, Op::Sin];
+    let ops = [
+        Op::Add,
+        Op::Multiply,
+        Op::Min,
+        Op::Subtract,
+        Op::Max,
+        Op::Hypot,
+        Op::Sin,
+    ];
     for _ in 0..3_000 {
         let op = random.choose(&ops);
         let operands: [NodeId; 2] = std::array::from_fn(|_| {
@@ -196,7 +224,13 @@ fn functions_that_do_not_depend_on_each_other_stand_together() {
     // Σ exp(−(x − c)²) of 14 terms: one group, between the arguments and the sum.
     let example = fields::blobs(14);
     let lowered = lower::lower(&example.graph, &[example.root], 3, example.q.len());
-    let stages = stages::stages(&lowered, Lengths { whole: 256, chunk: 256 });
+    let stages = stages::stages(
+        &lowered,
+        Lengths {
+            whole: 256,
+            chunk: 256,
+        },
+    );
     assert_eq!(stages.stages, [Stage::Code, Stage::Functions, Stage::Code]);
     assert_eq!(stages.plan.chunks[1].len(), 14);
     // sin sin … x: each is a group, and two slots are enough.
