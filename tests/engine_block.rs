@@ -10,10 +10,9 @@ mod fields;
 #[path = "engine_common/reference.rs"]
 mod reference;
 
-use expressions::{PARAMETERS, Random, SPECIAL, direct, expression, points};
-use imp::engine::{Backend, CompiledField, Field, Kernels, Program};
-use imp::graph::interval::{Enclosure, Regularity, enclose};
-use imp::graph::{Graph, Interval, NodeId, Op, derive};
+use expressions::{PARAMETERS, Random, SPECIAL, expression, points};
+use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
+use imp::graph::{Graph, NodeId, Op, derive};
 use reference::{Real, evaluate};
 use std::sync::Arc;
 
@@ -27,8 +26,8 @@ fn kernels() -> impl Iterator<Item = Kernels> {
 }
 
 fn program(graph: &Graph, roots: &[NodeId], kernels: Kernels) -> Program {
-    let program = Program::with_backend(graph, roots, 3, Backend::Block(kernels));
-    assert_eq!(program.backend(), Backend::Block(kernels));
+    let program = Program::with_tier(graph, roots, 3, Tier::Block(kernels));
+    assert_eq!(program.tier(1), Tier::Block(kernels));
     program
 }
 
@@ -261,155 +260,11 @@ fn columns_that_are_missing_or_short_count_as_empty() {
     let mut graph = Graph::new();
     let [x, y] = [0, 1].map(|axis| graph.coordinate(axis));
     let root = graph.apply(Op::Add, &[x, y]);
-    let program = Program::with_backend(&graph, &[root], 2, Backend::Block(Kernels::widest()));
+    let program = Program::with_tier(&graph, &[root], 2, Tier::Block(Kernels::widest()));
     let mut output = [7.0; 4];
     program.evaluate_batch(&[&[1.0; 4]], &[], &mut [&mut output]);
     assert_eq!(output, [7.0; 4]);
     program.evaluate_batch(&[&[1.0; 4], &[2.0; 2]], &[], &mut [&mut output]);
     assert_eq!(output, [3.0, 3.0, 7.0, 7.0]);
     program.evaluate_batch(&[&[1.0; 4], &[2.0; 4]], &[], &mut []);
-}
-
-/// A box with sides of all kinds, and points in it.
-fn random_box(random: &mut Random) -> ([Interval; 3], Vec<[f64; 3]>) {
-    let sides: [Interval; 3] = std::array::from_fn(|_| match random.below(8) {
-        0 => Interval::ENTIRE,
-        1 => {
-            let (a, b) = (random.choose(SPECIAL), random.choose(SPECIAL));
-            Interval::new(a.min(b), a.max(b))
-        }
-        2 => Interval::point(random.uniform(-2.0, 2.0)),
-        3 => Interval::new(0.0, random.uniform(0.0, 3.0)),
-        4 => Interval::new(random.uniform(-3.0, 0.0), 0.0),
-        _ => {
-            let a = random.uniform(-3.0, 3.0);
-            Interval::new(a, a + random.uniform(0.0, 2.0) * random.uniform(0.0, 1.0))
-        }
-    });
-    let point = |random: &mut Random| {
-        sides.map(|side| {
-            let inside = random.uniform(side.low.max(-1e3), side.high.min(1e3));
-            let candidate = match random.below(4) {
-                0 => side.low,
-                1 => side.high,
-                _ => inside,
-            };
-            if side.contains(candidate) {
-                candidate
-            } else {
-                inside
-            }
-        })
-    };
-    let points = (0..8).map(|_| point(random)).collect();
-    (sides, points)
-}
-
-/// Batches of boxes for one quarter of the expressions: their enclosures hold those of the
-/// table's rules, are no more regular, hold the values at points, and are the same with all
-/// kernels. Returns how many ranges were compared and how many were equally tight, to a relative
-/// difference of 1e-9. (The bounds of regularity and range by the rules' are no theorem, but hold
-/// for these seeds; that the values are contained is one.)
-fn compare_enclosures(quarter: u64) -> (usize, usize) {
-    let (mut compared, mut tight) = (0, 0);
-    for seed in (quarter..EXPRESSIONS).step_by(4) {
-        let mut graph = Graph::new();
-        let root = expression(&mut graph, seed);
-        let parts = graph.reachable(&[root]);
-        let random = &mut Random(seed ^ 0xb0c5);
-        let q = random_q(random, seed % 8 < 2);
-        let boxes: Vec<_> = (0..70).map(|_| random_box(random)).collect();
-        let column = |axis: usize| boxes.iter().map(|(sides, _)| sides[axis]).collect();
-        let columns: [Vec<Interval>; 3] = std::array::from_fn(column);
-        let mut first: Option<Vec<Enclosure>> = None;
-        for kernels in kernels() {
-            let program = program(&graph, &[root], kernels);
-            let unset = Enclosure::of_number(0.123);
-            let mut found = vec![vec![unset; boxes.len()]];
-            program.enclose_batch(
-                &slices(&columns),
-                &own(&program, &q),
-                &mut slices_mut(&mut found),
-            );
-            assert!(
-                *first.get_or_insert(found[0].clone()) == found[0],
-                "seed {seed}: {kernels:?}"
-            );
-        }
-        for ((sides, points), found) in boxes.iter().zip(first.unwrap()) {
-            let ruled = enclose(&graph, &[root], sides, |index| q[index as usize])[0];
-            let what = format!("seed {seed} on {sides:?} with {q:?}: {found:?} and {ruled:?}");
-            assert!(found.regularity <= ruled.regularity, "{what}");
-            let (range, rule) = (found.range, ruled.range);
-            // The rule's own ends may lie outside of the true range by a few units.
-            let reach = |a: f64| 1e-12 * a.abs().min(f64::MAX) + 1e-300;
-            assert!(
-                rule.is_empty()
-                    || (range.low <= rule.low + reach(rule.low)
-                        && rule.high - reach(rule.high) <= range.high),
-                "{what}"
-            );
-            compared += 1;
-            let close =
-                |a: f64, b: f64| a == b || (a - b).abs() <= 1e-9 * a.abs().max(b.abs()).max(1e-300);
-            tight += usize::from(close(range.low, rule.low) && close(range.high, rule.high));
-            let is_in_box = |point: &&[f64; 3]| {
-                let mut pairs = point.iter().zip(sides);
-                pairs.all(|(&x, side)| x.is_finite() && side.contains(x))
-            };
-            for &point in points.iter().filter(is_in_box) {
-                // An infinite intermediate result is undefined, whatever becomes of it.
-                let values = direct(&graph, &parts, point, &q);
-                let value = values[values.len() - 1];
-                if values.iter().any(|value| value.is_infinite()) {
-                    continue;
-                }
-                if value.is_nan() {
-                    assert!(
-                        found.regularity == Regularity::Partial,
-                        "NaN at {point:?}: {what}"
-                    );
-                } else if values.iter().all(|value| value.is_finite()) {
-                    assert!(range.contains(value), "{value:e} at {point:?}: {what}");
-                }
-            }
-        }
-    }
-    (compared, tight)
-}
-
-#[test]
-fn enclosures_hold_values_and_rules_in_quarter_0() {
-    let (compared, tight) = compare_enclosures(0);
-    assert!(
-        compared > 50_000 && tight > compared / 10 * 9,
-        "{tight} of {compared}"
-    );
-}
-
-#[test]
-fn enclosures_hold_values_and_rules_in_quarter_1() {
-    let (compared, tight) = compare_enclosures(1);
-    assert!(
-        compared > 50_000 && tight > compared / 10 * 9,
-        "{tight} of {compared}"
-    );
-}
-
-#[test]
-fn enclosures_hold_values_and_rules_in_quarter_2() {
-    let (compared, tight) = compare_enclosures(2);
-    assert!(
-        compared > 50_000 && tight > compared / 10 * 9,
-        "{tight} of {compared}"
-    );
-}
-
-#[test]
-fn enclosures_hold_values_and_rules_in_quarter_3() {
-    let (compared, tight) = compare_enclosures(3);
-    assert!(
-        compared > 50_000 && tight > compared / 10 * 9,
-        "{tight} of {compared}"
-    );
 }

@@ -4,26 +4,21 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
-use super::block::{Enclosures, Kernels};
+use super::Tier;
+use super::block::{Enclosures, Kernels, Scalars};
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
-use crate::graph::interval::{self, Enclosure, Interval};
+use super::prune::Trunk;
+use super::slopes::{SlopeScalars, Slopes};
+use crate::graph::interval::{self, Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
-/// What executes kernels.
-///
-/// All give the same bits, elementary functions aside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// Machine code made by Cranelift.
-    MachineCode,
-    /// Blocks of points, one operation after the other, by kernels for this instruction set or,
-    /// where the processor lacks it, a narrower one.
-    Block(Kernels),
-    /// The reference interpreter; ten to forty times slower, on every platform.
-    Interpreter,
-}
+/// What is known of a root before anything was computed.
+const UNKNOWN: Enclosure = Enclosure {
+    range: Interval::ENTIRE,
+    regularity: Regularity::Partial,
+};
 
 /// One or several functions of (x, q), ready to be evaluated.
 pub struct Program {
@@ -31,11 +26,16 @@ pub struct Program {
     roots: Vec<NodeId>,
     dimension: usize,
     parameters: Vec<u32>,
-    backend: Backend,
+    tier: Tier,
     values: OnceLock<Kernel>,
     gradients: OnceLock<Kernel>,
     parameter_gradients: OnceLock<Kernel>,
+    hessians: OnceLock<Kernel>,
     enclosures: OnceLock<Enclosures>,
+    slopes: OnceLock<Slopes>,
+    value_trunk: OnceLock<Trunk>,
+    gradient_trunk: OnceLock<Trunk>,
+    parameter_trunk: OnceLock<Trunk>,
 }
 
 impl Program {
@@ -43,17 +43,12 @@ impl Program {
     /// is copied from the graph; a coordinate beyond the dimension does not exist: it is NaN.
     /// Nothing is compiled yet.
     pub fn new(graph: &Graph, roots: &[NodeId], dimension: usize) -> Program {
-        Program::with_backend(graph, roots, dimension, Backend::MachineCode)
+        Program::with_tier(graph, roots, dimension, Tier::Automatic)
     }
 
-    /// The same with a choice of what executes it. Where machine code cannot be made, the
-    /// interpreter serves also those who ask for machine code; see [`Program::backend`].
-    pub fn with_backend(
-        graph: &Graph,
-        roots: &[NodeId],
-        dimension: usize,
-        backend: Backend,
-    ) -> Program {
+    /// The same, executed by this tier alone. Where machine code cannot be made, blocks serve also
+    /// those who ask for machine code; see [`Program::tier`].
+    pub fn with_tier(graph: &Graph, roots: &[NodeId], dimension: usize, tier: Tier) -> Program {
         let dimension = dimension.min(3);
         let parameters = graph.support(roots).parameters;
         let (graph, roots) = rebuild(graph, roots, |target, node, operands| match node {
@@ -70,11 +65,16 @@ impl Program {
             roots,
             dimension,
             parameters,
-            backend,
+            tier,
             values: OnceLock::new(),
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
+            hessians: OnceLock::new(),
             enclosures: OnceLock::new(),
+            slopes: OnceLock::new(),
+            value_trunk: OnceLock::new(),
+            gradient_trunk: OnceLock::new(),
+            parameter_trunk: OnceLock::new(),
         }
     }
 
@@ -99,9 +99,10 @@ impl Program {
         self.graph.reachable(&self.roots).len()
     }
 
-    /// What executes the values. Compiles them on first use.
-    pub fn backend(&self) -> Backend {
-        self.values().backend()
+    /// What executes the values of a batch of `count` points: never [`Tier::Automatic`]. Makes
+    /// the machine code if that is what would run.
+    pub fn tier(&self, count: usize) -> Tier {
+        self.values().tier(count)
     }
 
     /// All roots at one point, into the first places of `outputs`. Missing coordinates and
@@ -136,49 +137,141 @@ impl Program {
         outputs: &mut [&mut [f32]],
     ) -> bool {
         let kernel = self.values();
-        kernel.run_f32(points, &kernel.uniforms(q), outputs)
+        let uniforms = kernel.uniforms(q);
+        let uniforms: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
+        kernel.run_f32(points, &uniforms, outputs)
     }
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:
     /// every value that a root takes in the box lies in its interval. A missing side or parameter
-    /// is NaN, whatever depends on it has no value. See [`interval::enclose`].
+    /// is NaN, whatever depends on it has no value. The same as [`Program::enclose_batch`] of one
+    /// box.
     pub fn enclose(&self, sides: &[Interval], q: &[f64], outputs: &mut [Interval]) {
-        let side = |axis| sides.get(axis).copied().unwrap_or(Interval::EMPTY);
-        let sides: [Interval; 3] = std::array::from_fn(side);
-        let parameter = |place: u32| q.get(place as usize).copied().unwrap_or(f64::NAN);
-        let enclosures = interval::enclose(&self.graph, &self.roots, &sides, parameter);
-        for (output, enclosure) in outputs.iter_mut().zip(enclosures) {
+        let side = |axis| [sides.get(axis).copied().unwrap_or(Interval::EMPTY)];
+        let [x, y, z]: [[Interval; 1]; 3] = std::array::from_fn(side);
+        let mut found = vec![[UNKNOWN]; self.outputs()];
+        let mut columns: Vec<&mut [Enclosure]> =
+            found.iter_mut().map(|column| &mut column[..]).collect();
+        self.enclose_batch(&[&x, &y, &z], q, &mut columns);
+        for (output, [enclosure]) in outputs.iter_mut().zip(found) {
             *output = enclosure.range;
         }
     }
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
-    /// and `outputs` one per root. As many boxes are taken as the shortest column has; 64 at a
-    /// time cost little more than one by [`Program::enclose`]. Sums, products, quotients and roots
-    /// are up to one unit in the last place wider on each side than there.
+    /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
+    /// least if there are 64 or more. What an enclosure is does not depend on the others. Sums,
+    /// products, quotients and roots are at most one unit in the last place wider on each side
+    /// than those of [`interval::enclose`], functions two; fused operations a little more.
     pub fn enclose_batch(
         &self,
         sides: &[&[Interval]],
         q: &[f64],
         outputs: &mut [&mut [Enclosure]],
     ) {
-        let sizes = (self.dimension, self.parameters.len());
-        let new = || Enclosures::new(&self.graph, &self.roots, sizes);
-        let enclosures = self.enclosures.get_or_init(new);
-        let kernels = match self.backend {
-            Backend::Block(kernels) => kernels,
-            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
-        };
-        if !enclosures.run(kernels, sides, q, outputs) {
-            // Too large for blocks: widest bounds, which are always true.
-            let unknown = Enclosure {
-                range: Interval::ENTIRE,
-                regularity: interval::Regularity::Partial,
-            };
-            for column in outputs.iter_mut().take(self.outputs()) {
-                column.fill(unknown);
+        let enclosures = self.enclosures();
+        match enclosures.fixed_scalars() {
+            Some(scalars) => self.enclose_with(scalars, sides, q, outputs),
+            None => self.enclose_with(&enclosures.scalars(q, &[]), sides, q, outputs),
+        }
+    }
+
+    /// The same, q and what follows from it being known as scalars too.
+    pub(super) fn enclose_with(
+        &self,
+        scalars: &Scalars,
+        sides: &[&[Interval]],
+        q: &[f64],
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        if self
+            .enclosures()
+            .run(self.block_kernels(), sides, scalars, outputs)
+        {
+            return;
+        }
+        self.enclose_by_node(&self.roots, sides, q, outputs);
+    }
+
+    /// Encloses roots whose tape is too large for blocks.
+    fn enclose_by_node(
+        &self,
+        roots: &[NodeId],
+        sides: &[&[Interval]],
+        q: &[f64],
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        let parameter = |place: u32| q.get(place as usize).copied().unwrap_or(f64::NAN);
+        let lengths = sides.iter().take(self.dimension).map(|column| column.len());
+        let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
+        for index in 0..lengths.min().unwrap_or(0) {
+            let side = |axis: usize| sides.get(axis).map_or(Interval::EMPTY, |s| s[index]);
+            let sides: [Interval; 3] = std::array::from_fn(side);
+            let found = interval::enclose(&self.graph, roots, &sides, parameter);
+            for (output, enclosure) in outputs.iter_mut().zip(found) {
+                output[index] = enclosure;
             }
         }
+    }
+
+    /// Encloses the first root F over many boxes, with its regularity, and its F_x: `gradients` has
+    /// a column per axis.
+    ///
+    /// A gradient's enclosure holds F_x wherever in the box the chain rule defines it, and every
+    /// generalised gradient (the hull of what it is around a kink) on boxes on which F is
+    /// continuous; conditions other than comparisons, and those joined by arithmetic, are the
+    /// exception: there it holds what F_x is inside of the box. Where F is continuous and F_x bounded, the value's enclosure is the
+    /// natural one cut with the mean-value form: it holds every exact value of F, and need not
+    /// hold what F computes with rounding errors. See [`Program::enclose_batch`] for the rest.
+    pub fn enclose_gradient_batch(
+        &self,
+        sides: &[&[Interval]],
+        q: &[f64],
+        values: &mut [Enclosure],
+        gradients: &mut [&mut [Interval]],
+    ) {
+        if let Some(slopes) = self.slopes() {
+            self.enclose_gradient_with(&slopes.scalars(q), sides, q, values, gradients);
+        }
+    }
+
+    /// The same, q and what follows from it being known as scalars too.
+    pub(super) fn enclose_gradient_with(
+        &self,
+        scalars: &SlopeScalars,
+        sides: &[&[Interval]],
+        q: &[f64],
+        values: &mut [Enclosure],
+        gradients: &mut [&mut [Interval]],
+    ) {
+        let Some(slopes) = self.slopes() else {
+            return;
+        };
+        if slopes.run(self.block_kernels(), sides, scalars, values, gradients) {
+            return;
+        }
+        // Too large for blocks: nothing is known of the gradient.
+        self.enclose_by_node(&self.roots[..1], sides, q, &mut [values]);
+        for column in gradients.iter_mut().take(self.dimension) {
+            column.fill(Interval::ENTIRE);
+        }
+    }
+
+    /// What encloses the first root and its F_x; none if there is no root.
+    pub(super) fn slopes(&self) -> Option<&Slopes> {
+        let &root = self.roots.first()?;
+        let sizes = (self.dimension, self.parameters.len());
+        Some(
+            self.slopes
+                .get_or_init(|| Slopes::new(&self.graph, root, sizes)),
+        )
+    }
+
+    /// What encloses the roots.
+    pub(super) fn enclosures(&self) -> &Enclosures {
+        let sizes = (self.dimension, self.parameters.len());
+        self.enclosures
+            .get_or_init(|| Enclosures::new(&self.graph, &self.roots, sizes))
     }
 
     /// The roots and all that they are made of as text; parameters are named by their places in
@@ -219,8 +312,43 @@ impl Program {
             .get_or_init(|| self.derivatives(self.parameters.len()))
     }
 
-    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    /// What runs blocks: those of its tier, or the widest.
+    pub(super) fn block_kernels(&self) -> Kernels {
+        self.tier.kernels()
+    }
+
+    /// The roots, to be pruned.
+    pub(super) fn value_trunk(&self) -> &Trunk {
+        let sizes = (self.dimension, self.parameters.len());
+        self.value_trunk
+            .get_or_init(|| Trunk::new(&self.graph, &self.roots, sizes))
+    }
+
+    /// The first root and its F_x, to be pruned.
+    pub(super) fn gradient_trunk(&self) -> &Trunk {
+        self.gradient_trunk.get_or_init(|| self.derivative_trunk(0))
+    }
+
+    /// The first root, its F_x and its F_q, to be pruned.
+    pub(super) fn parameter_trunk(&self) -> &Trunk {
+        self.parameter_trunk
+            .get_or_init(|| self.derivative_trunk(self.parameters.len()))
+    }
+
+    /// The first root and derivatives, to be pruned.
+    fn derivative_trunk(&self, parameters: usize) -> Trunk {
+        let (graph, roots) = self.derivative_roots(parameters);
+        Trunk::new(&graph, &roots, (self.dimension, self.parameters.len()))
+    }
+
+    /// The kernel of the first root, its F_x and the first components of its F_q.
     fn derivatives(&self, parameters: usize) -> Kernel {
+        let (graph, roots) = self.derivative_roots(parameters);
+        self.kernel(&graph, &roots)
+    }
+
+    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    fn derivative_roots(&self, parameters: usize) -> (Graph, Vec<NodeId>) {
         let mut graph = self.graph.clone();
         let axes = 0..self.dimension;
         let mut variables: Vec<NodeId> = axes.map(|axis| graph.coordinate(axis)).collect();
@@ -229,12 +357,34 @@ impl Program {
         if let Some(&root) = roots.first() {
             roots.extend(derive::reverse(&mut graph, root, &variables));
         }
-        self.kernel(&graph, &roots)
+        (graph, roots)
+    }
+
+    /// The kernel of the first root, its F_x and the upper triangle of its F_xx, row by row.
+    pub(super) fn hessians(&self) -> &Kernel {
+        self.hessians.get_or_init(|| {
+            let mut graph = self.graph.clone();
+            let variables: Vec<NodeId> = (0..self.dimension)
+                .map(|axis| graph.coordinate(axis))
+                .collect();
+            let mut roots: Vec<NodeId> = self.roots.first().copied().into_iter().collect();
+            if let Some(&root) = roots.first() {
+                roots.extend(derive::reverse(&mut graph, root, &variables));
+                let matrix = derive::hessian(&mut graph, root, &variables);
+                roots.extend(
+                    matrix
+                        .iter()
+                        .enumerate()
+                        .flat_map(|(row, entries)| &entries[row..]),
+                );
+            }
+            self.kernel(&graph, &roots)
+        })
     }
 
     /// A kernel of these roots.
     fn kernel(&self, graph: &Graph, roots: &[NodeId]) -> Kernel {
         let sizes = (self.dimension, self.parameters.len());
-        Kernel::new(graph, roots, sizes, self.backend)
+        Kernel::new(graph, roots, sizes, self.tier)
     }
 }

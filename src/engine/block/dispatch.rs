@@ -5,8 +5,11 @@
 
 #![allow(unsafe_code)]
 
+use super::bounds::Bounds;
+use super::choices::{self, Pass};
 use super::execute::{self, Columns};
 use super::number::Number;
+use super::single::{self, Line};
 use crate::engine::tape::Tape;
 use std::sync::OnceLock;
 
@@ -100,4 +103,56 @@ fn run_avx512<N: Number>(
     columns: &mut Columns<'_, '_, N>,
 ) {
     execute::run(tape, group, registers, columns);
+}
+
+/// Runs a tape over boxes and records what is decided, with these kernels or narrower ones.
+pub(super) fn record(kernels: Kernels, pass: &mut Pass<'_>) {
+    match kernels.or_narrower() {
+        Kernels::Baseline => choices::run(pass),
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives `Avx2` only where `detect` has found its features.
+        Kernels::Avx2 => unsafe { record_avx2(pass) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives `Avx512` only where `detect` has found its features.
+        Kernels::Avx512 => unsafe { record_avx512(pass) },
+        #[cfg(not(target_arch = "x86_64"))]
+        Kernels::Avx2 | Kernels::Avx512 => choices::run(pass),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn record_avx2(pass: &mut Pass<'_>) {
+    choices::run(pass);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn record_avx512(pass: &mut Pass<'_>) {
+    choices::run(pass);
+}
+
+/// Runs the lines of a tape on one box, with these kernels or narrower ones.
+pub(super) fn run_single(
+    kernels: Kernels,
+    lines: &[Line],
+    scalars: &[Bounds],
+    memory: &mut [Bounds],
+) {
+    match kernels.or_narrower() {
+        Kernels::Baseline => single::run(lines, scalars, memory),
+        // One box has no use for wider vectors.
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives either only where `detect` has found the features of `Avx2`,
+        // which are among those of `Avx512`.
+        Kernels::Avx2 | Kernels::Avx512 => unsafe { run_single_avx2(lines, scalars, memory) },
+        #[cfg(not(target_arch = "x86_64"))]
+        Kernels::Avx2 | Kernels::Avx512 => single::run(lines, scalars, memory),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn run_single_avx2(lines: &[Line], scalars: &[Bounds], memory: &mut [Bounds]) {
+    single::run(lines, scalars, memory);
 }

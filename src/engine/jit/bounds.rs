@@ -116,7 +116,8 @@ pub(in crate::engine) struct BoxCode {
     _module: FreeingModule,
 }
 
-/// Whole kernels and chunks, in steps.
+/// Measured with 100 spheres (1,015 steps): chunks of 64 and 128 steps take 1.3 µs a box, of 32
+/// steps 1.45.
 const LENGTHS: Lengths = Lengths {
     whole: 64,
     chunk: 64,

@@ -5,7 +5,8 @@
 //! the widest instruction set there is. A kernel that is one chunk runs over all points at once.
 //! On f64 the bits are those of the interpreter, on f32 those of the block tier.
 //!
-//! Compiling costs 3 to 6 ms per 1,000 steps, as for single points.
+//! Compiling costs about as much as for single points: on a busy machine 12 to 20 ms per 1,000
+//! steps.
 
 mod functions;
 
@@ -82,7 +83,8 @@ pub(in crate::engine) struct VectorCode<T> {
     _module: FreeingModule,
 }
 
-/// Whole kernels and chunks, in steps: see the table of measurements in `chunk`.
+/// Measured with 100 spheres (1,015 steps) in f32: chunks of 32 and 64 steps take 53 ns a point,
+/// of 128 steps 62; with a picture of 6,345 steps all three are level.
 const LENGTHS: Lengths = Lengths {
     whole: 256,
     chunk: 64,
