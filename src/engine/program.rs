@@ -160,8 +160,8 @@ impl Program {
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
     /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
-    /// least if there are 64 or more. What an enclosure is does not depend on the others. Sums,
-    /// products, quotients and roots are at most one unit in the last place wider on each side
+    /// least if there are 64 or more. What an enclosure is does not depend on the others; that of
+    /// a single box, which may come from machine code, can be tighter. Sums, products, quotients and roots are at most one unit in the last place wider on each side
     /// than those of [`interval::enclose`], functions two; fused operations a little more.
     pub fn enclose_batch(
         &self,
@@ -184,13 +184,52 @@ impl Program {
         q: &[f64],
         outputs: &mut [&mut [Enclosure]],
     ) {
-        if self
-            .enclosures()
-            .run(self.block_kernels(), sides, scalars, outputs)
+        if self.enclose_alone(scalars, sides, outputs)
+            || self
+                .enclosures()
+                .run(self.block_kernels(), sides, scalars, outputs)
         {
             return;
         }
         self.enclose_by_node(&self.roots, sides, q, outputs);
+    }
+
+    /// Encloses a batch of one box by machine code, where that suits.
+    fn enclose_alone(
+        &self,
+        scalars: &Scalars,
+        sides: &[&[Interval]],
+        outputs: &mut [&mut [Enclosure]],
+    ) -> bool {
+        let columns = sides.iter().take(self.dimension);
+        let shortest = columns.map(|column| column.len()).min();
+        if shortest != Some(1) || sides.len() < self.dimension {
+            return false;
+        }
+        let mut alone = [Interval::EMPTY; 3];
+        for (side, column) in alone.iter_mut().zip(sides) {
+            *side = column[0];
+        }
+        // One root, as fields have, needs no allocation.
+        let mut one = [UNKNOWN];
+        let mut several = Vec::new();
+        let found = match self.outputs() {
+            1 => &mut one[..],
+            count => {
+                several.resize(count, UNKNOWN);
+                &mut several[..]
+            }
+        };
+        let enclosures = self.enclosures();
+        if !enclosures.run_alone(self.tier, &alone[..self.dimension], scalars, found) {
+            return false;
+        }
+        for (column, &enclosure) in outputs.iter_mut().zip(&*found) {
+            if let Some(place) = column.first_mut() {
+                *place = enclosure;
+            }
+        }
+        true
     }
 
     /// Encloses roots whose tape is too large for blocks.

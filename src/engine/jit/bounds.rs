@@ -15,6 +15,7 @@ mod table;
 mod translate;
 
 use super::chunk::Lengths;
+use super::emit;
 use super::memory::FreeingModule;
 use super::stages::{self, Stage, Stages};
 use super::{Refusal, check_size};
@@ -122,6 +123,13 @@ const LENGTHS: Lengths = Lengths {
     whole: 64,
     chunk: 64,
 };
+
+/// Whether this code encloses faster than the block tier: where there are no functions, whose
+/// rules for single intervals are slow.
+pub(in crate::engine) fn suits(lowered: &Lowered) -> bool {
+    let mut steps = lowered.steps.iter();
+    steps.all(|step| emit::native(step.operation).is_some())
+}
 
 /// Compiles enclosures of steps that [`super::super::lower::list`] has made.
 pub(in crate::engine) fn compile(lowered: &Lowered) -> Result<BoxCode, Refusal> {
