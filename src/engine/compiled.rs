@@ -1,7 +1,10 @@
 //! A program with values for its parameters: what samplers and polygonizers evaluate.
 
+use super::block::Scalars;
 use super::kernel::Kernel;
+use super::slopes::SlopeScalars;
 use super::{Field, Program};
+use crate::graph::interval::{Enclosure, Interval};
 use std::sync::{Arc, OnceLock};
 
 /// A program of one root F with its q: a [`Field`].
@@ -22,6 +25,9 @@ pub struct CompiledField {
     values_f32: OnceLock<Vec<f32>>,
     gradients_f32: OnceLock<Vec<f32>>,
     hessians: OnceLock<Vec<f64>>,
+    /// The same for enclosures of F, and of F and F_x.
+    enclosures: OnceLock<Scalars>,
+    slopes: OnceLock<SlopeScalars>,
 }
 
 impl CompiledField {
@@ -39,12 +45,36 @@ impl CompiledField {
             values_f32: OnceLock::new(),
             gradients_f32: OnceLock::new(),
             hessians: OnceLock::new(),
+            enclosures: OnceLock::new(),
+            slopes: OnceLock::new(),
         }
     }
 
     /// The program, which other fields may share.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// Encloses F over boxes; `sides` has a column per axis. See [`Program::enclose_batch`].
+    pub fn enclose(&self, sides: &[&[Interval]], values: &mut [Enclosure]) {
+        let new = || self.program.enclosures().scalars(&self.q, &[]);
+        let scalars = self.enclosures.get_or_init(new);
+        self.program
+            .enclose_with(scalars, sides, &self.q, &mut [values]);
+    }
+
+    /// Encloses F and F_x over boxes. See [`Program::enclose_gradient_batch`].
+    pub fn enclose_gradients(
+        &self,
+        sides: &[&[Interval]],
+        values: &mut [Enclosure],
+        gradients: &mut [&mut [Interval]],
+    ) {
+        if let Some(slopes) = self.program.slopes() {
+            let scalars = self.slopes.get_or_init(|| slopes.scalars(&self.q));
+            self.program
+                .enclose_gradient_with(scalars, sides, &self.q, values, gradients);
+        }
     }
 
     /// F at a batch of points in single precision; see [`Program::evaluate_batch_f32`], whose

@@ -16,6 +16,8 @@ mod monitor;
 
 mod program;
 
+mod slopes;
+
 mod tier;
 
 mod block;

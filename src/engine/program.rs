@@ -5,13 +5,20 @@
 //! together to what samplers and polygonizers take.
 
 use super::Tier;
-use super::block::{Enclosures, Kernels};
+use super::block::{Enclosures, Kernels, Scalars};
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
 use super::prune::Trunk;
-use crate::graph::interval::{self, Enclosure, Interval};
+use super::slopes::{SlopeScalars, Slopes};
+use crate::graph::interval::{self, Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
+
+/// What is known of a root before anything was computed.
+const UNKNOWN: Enclosure = Enclosure {
+    range: Interval::ENTIRE,
+    regularity: Regularity::Partial,
+};
 
 /// One or several functions of (x, q), ready to be evaluated.
 pub struct Program {
@@ -25,6 +32,7 @@ pub struct Program {
     parameter_gradients: OnceLock<Kernel>,
     hessians: OnceLock<Kernel>,
     enclosures: OnceLock<Enclosures>,
+    slopes: OnceLock<Slopes>,
     value_trunk: OnceLock<Trunk>,
     gradient_trunk: OnceLock<Trunk>,
     parameter_trunk: OnceLock<Trunk>,
@@ -63,6 +71,7 @@ impl Program {
             parameter_gradients: OnceLock::new(),
             hessians: OnceLock::new(),
             enclosures: OnceLock::new(),
+            slopes: OnceLock::new(),
             value_trunk: OnceLock::new(),
             gradient_trunk: OnceLock::new(),
             parameter_trunk: OnceLock::new(),
@@ -135,40 +144,134 @@ impl Program {
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:
     /// every value that a root takes in the box lies in its interval. A missing side or parameter
-    /// is NaN, whatever depends on it has no value. See [`interval::enclose`].
+    /// is NaN, whatever depends on it has no value. The same as [`Program::enclose_batch`] of one
+    /// box.
     pub fn enclose(&self, sides: &[Interval], q: &[f64], outputs: &mut [Interval]) {
-        let side = |axis| sides.get(axis).copied().unwrap_or(Interval::EMPTY);
-        let sides: [Interval; 3] = std::array::from_fn(side);
-        let parameter = |place: u32| q.get(place as usize).copied().unwrap_or(f64::NAN);
-        let enclosures = interval::enclose(&self.graph, &self.roots, &sides, parameter);
-        for (output, enclosure) in outputs.iter_mut().zip(enclosures) {
+        let side = |axis| [sides.get(axis).copied().unwrap_or(Interval::EMPTY)];
+        let [x, y, z]: [[Interval; 1]; 3] = std::array::from_fn(side);
+        let mut found = vec![[UNKNOWN]; self.outputs()];
+        let mut columns: Vec<&mut [Enclosure]> =
+            found.iter_mut().map(|column| &mut column[..]).collect();
+        self.enclose_batch(&[&x, &y, &z], q, &mut columns);
+        for (output, [enclosure]) in outputs.iter_mut().zip(found) {
             *output = enclosure.range;
         }
     }
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
-    /// and `outputs` one per root. As many boxes are taken as the shortest column has; 64 at a
-    /// time cost little more than one by [`Program::enclose`]. Sums, products, quotients and roots
-    /// are up to one unit in the last place wider on each side than there.
+    /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
+    /// least if there are 64 or more. What an enclosure is does not depend on the others. Sums,
+    /// products, quotients and roots are at most one unit in the last place wider on each side
+    /// than those of [`interval::enclose`], functions two; fused operations a little more.
     pub fn enclose_batch(
         &self,
         sides: &[&[Interval]],
         q: &[f64],
         outputs: &mut [&mut [Enclosure]],
     ) {
-        let sizes = (self.dimension, self.parameters.len());
-        let new = || Enclosures::new(&self.graph, &self.roots, sizes);
-        let enclosures = self.enclosures.get_or_init(new);
-        if !enclosures.run(self.block_kernels(), sides, q, outputs) {
-            // Too large for blocks: widest bounds, which are always true.
-            let unknown = Enclosure {
-                range: Interval::ENTIRE,
-                regularity: interval::Regularity::Partial,
-            };
-            for column in outputs.iter_mut().take(self.outputs()) {
-                column.fill(unknown);
+        let enclosures = self.enclosures();
+        match enclosures.fixed_scalars() {
+            Some(scalars) => self.enclose_with(scalars, sides, q, outputs),
+            None => self.enclose_with(&enclosures.scalars(q, &[]), sides, q, outputs),
+        }
+    }
+
+    /// The same, q and what follows from it being known as scalars too.
+    pub(super) fn enclose_with(
+        &self,
+        scalars: &Scalars,
+        sides: &[&[Interval]],
+        q: &[f64],
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        if self
+            .enclosures()
+            .run(self.block_kernels(), sides, scalars, outputs)
+        {
+            return;
+        }
+        self.enclose_by_node(&self.roots, sides, q, outputs);
+    }
+
+    /// Encloses roots whose tape is too large for blocks.
+    fn enclose_by_node(
+        &self,
+        roots: &[NodeId],
+        sides: &[&[Interval]],
+        q: &[f64],
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        let parameter = |place: u32| q.get(place as usize).copied().unwrap_or(f64::NAN);
+        let lengths = sides.iter().take(self.dimension).map(|column| column.len());
+        let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
+        for index in 0..lengths.min().unwrap_or(0) {
+            let side = |axis: usize| sides.get(axis).map_or(Interval::EMPTY, |s| s[index]);
+            let sides: [Interval; 3] = std::array::from_fn(side);
+            let found = interval::enclose(&self.graph, roots, &sides, parameter);
+            for (output, enclosure) in outputs.iter_mut().zip(found) {
+                output[index] = enclosure;
             }
         }
+    }
+
+    /// Encloses the first root F over many boxes, with its regularity, and its F_x: `gradients` has
+    /// a column per axis.
+    ///
+    /// A gradient's enclosure holds F_x wherever in the box the chain rule defines it, and every
+    /// generalised gradient (the hull of what it is around a kink) on boxes on which F is
+    /// continuous; conditions other than comparisons, and those joined by arithmetic, are the
+    /// exception: there it holds what F_x is inside of the box. Where F is continuous and F_x bounded, the value's enclosure is the
+    /// natural one cut with the mean-value form: it holds every exact value of F, and need not
+    /// hold what F computes with rounding errors. See [`Program::enclose_batch`] for the rest.
+    pub fn enclose_gradient_batch(
+        &self,
+        sides: &[&[Interval]],
+        q: &[f64],
+        values: &mut [Enclosure],
+        gradients: &mut [&mut [Interval]],
+    ) {
+        if let Some(slopes) = self.slopes() {
+            self.enclose_gradient_with(&slopes.scalars(q), sides, q, values, gradients);
+        }
+    }
+
+    /// The same, q and what follows from it being known as scalars too.
+    pub(super) fn enclose_gradient_with(
+        &self,
+        scalars: &SlopeScalars,
+        sides: &[&[Interval]],
+        q: &[f64],
+        values: &mut [Enclosure],
+        gradients: &mut [&mut [Interval]],
+    ) {
+        let Some(slopes) = self.slopes() else {
+            return;
+        };
+        if slopes.run(self.block_kernels(), sides, scalars, values, gradients) {
+            return;
+        }
+        // Too large for blocks: nothing is known of the gradient.
+        self.enclose_by_node(&self.roots[..1], sides, q, &mut [values]);
+        for column in gradients.iter_mut().take(self.dimension) {
+            column.fill(Interval::ENTIRE);
+        }
+    }
+
+    /// What encloses the first root and its F_x; none if there is no root.
+    pub(super) fn slopes(&self) -> Option<&Slopes> {
+        let &root = self.roots.first()?;
+        let sizes = (self.dimension, self.parameters.len());
+        Some(
+            self.slopes
+                .get_or_init(|| Slopes::new(&self.graph, root, sizes)),
+        )
+    }
+
+    /// What encloses the roots.
+    pub(super) fn enclosures(&self) -> &Enclosures {
+        let sizes = (self.dimension, self.parameters.len());
+        self.enclosures
+            .get_or_init(|| Enclosures::new(&self.graph, &self.roots, sizes))
     }
 
     /// The roots and all that they are made of as text; parameters are named by their places in

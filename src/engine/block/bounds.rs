@@ -1,17 +1,26 @@
-//! Enclosures as numbers of a tape: interval arithmetic on 64 boxes at a time.
+//! Enclosures as numbers of a tape: interval arithmetic on blocks of 64 boxes, or on one.
 //!
 //! The results hold those of the table's interval rules (`graph::interval`), of which they are
-//! the branch-free form: ends are computed with rounding to nearest and moved outward by one unit
-//! in the last place, unless they are exact zeros. Zero times infinity is 0, since an infinite
-//! end stands for unbounded finite numbers. Inside of the tape an empty interval has NaN ends,
-//! which every operation hands on. Elementary functions call the table's rules lane by lane, but
-//! for the increasing ones, which are computed in vectors and moved by two units, since their
-//! errors are below one.
+//! the branch-free form: ends are computed with rounding to nearest and moved outward
+//! ([`rounding`]), by one unit in the last place, or two for elementary functions ([`functions`],
+//! [`periodic`], [`powers`]), which are computed in vectors. Zero times infinity is 0, since an
+//! infinite end stands for unbounded finite numbers.
+//!
+//! A lower end is never +∞ and an upper one never −∞; of an empty interval only the regularity
+//! counts, which is [`EMPTY`], and its ends may be anything.
+
+mod functions;
+mod periodic;
+mod powers;
+mod rounding;
 
 use super::number::{LANES, Number, lend};
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
-use crate::math::slice;
+use rounding::{
+    greatest, least, product_above, product_below, quotient_below, root_above, root_below,
+    square_above, square_below, sum_above, sum_below, sum_square_above, sum_square_below,
+};
 
 /// An enclosure with its regularity as a number: that of the result of an operation is the
 /// minimum of its operands'.
@@ -22,14 +31,46 @@ pub(in crate::engine) struct Bounds {
     pub(super) regularity: f64,
 }
 
-/// The lanes of a block, in columns.
+/// The lanes of a block, in columns: 64 or, for a single box, one.
 #[derive(Clone, Copy)]
-pub(in crate::engine) struct BoundsBlock {
-    pub(super) low: [f64; LANES],
-    pub(super) high: [f64; LANES],
-    pub(super) regularity: [f64; LANES],
+pub(in crate::engine) struct BoundsBlock<const BOXES: usize = LANES> {
+    pub(super) low: [f64; BOXES],
+    pub(super) high: [f64; BOXES],
+    pub(super) regularity: [f64; BOXES],
 }
 
+impl<const BOXES: usize> BoundsBlock<BOXES> {
+    /// The enclosure in one lane.
+    #[inline(always)]
+    fn lane(&self, lane: usize) -> Bounds {
+        Bounds {
+            low: self.low[lane],
+            high: self.high[lane],
+            regularity: self.regularity[lane],
+        }
+    }
+
+    /// Puts an enclosure into a lane.
+    #[inline(always)]
+    fn put(&mut self, lane: usize, bounds: Bounds) {
+        self.low[lane] = bounds.low;
+        self.high[lane] = bounds.high;
+        self.regularity[lane] = bounds.regularity;
+    }
+
+    /// Equal lanes.
+    #[inline(always)]
+    fn of(bounds: Bounds) -> Self {
+        BoundsBlock {
+            low: [bounds.low; BOXES],
+            high: [bounds.high; BOXES],
+            regularity: [bounds.regularity; BOXES],
+        }
+    }
+}
+
+/// Below every [`Regularity`]: there is no value at all.
+pub(super) const EMPTY: f64 = -1.0;
 /// [`Regularity`] in its order.
 pub(super) const PARTIAL: f64 = 0.0;
 pub(super) const DEFINED: f64 = 1.0;
@@ -39,22 +80,22 @@ const CONTINUOUS: f64 = 2.0;
 const NOTHING: BoundsBlock = BoundsBlock {
     low: [0.0; LANES],
     high: [0.0; LANES],
-    regularity: [PARTIAL; LANES],
+    regularity: [EMPTY; LANES],
 };
 
 impl From<Enclosure> for Bounds {
     #[inline(always)]
     fn from(enclosure: Enclosure) -> Bounds {
         let Interval { low, high } = enclosure.range;
-        let is_empty = enclosure.range.is_empty();
+        let regularity = match enclosure.regularity {
+            Regularity::Partial => PARTIAL,
+            Regularity::Defined => DEFINED,
+            Regularity::Continuous => CONTINUOUS,
+        };
         Bounds {
-            low: if is_empty { f64::NAN } else { low },
-            high: if is_empty { f64::NAN } else { high },
-            regularity: match enclosure.regularity {
-                Regularity::Partial => PARTIAL,
-                Regularity::Defined => DEFINED,
-                Regularity::Continuous => CONTINUOUS,
-            },
+            low,
+            high,
+            regularity: if low > high { EMPTY } else { regularity },
         }
     }
 }
@@ -62,8 +103,17 @@ impl From<Enclosure> for Bounds {
 impl From<Bounds> for Enclosure {
     #[inline(always)]
     fn from(bounds: Bounds) -> Enclosure {
+        let is_empty = bounds.is_empty();
+        let range = Interval {
+            low: if is_empty { f64::INFINITY } else { bounds.low },
+            high: if is_empty {
+                f64::NEG_INFINITY
+            } else {
+                bounds.high
+            },
+        };
         Enclosure {
-            range: Interval::new(bounds.low, bounds.high),
+            range,
             regularity: if bounds.regularity == CONTINUOUS {
                 Regularity::Continuous
             } else if bounds.regularity == DEFINED {
@@ -75,78 +125,19 @@ impl From<Bounds> for Enclosure {
     }
 }
 
-/// One step downward, but from −∞, 0 and NaN none; −0 is the greatest number below 0 that was
-/// rounded.
-#[inline(always)]
-fn down(x: f64) -> f64 {
-    let bits = x.to_bits() as i64;
-    let moved = f64::from_bits(bits.wrapping_sub((bits >> 63) | 1) as u64);
-    let moves = (x > f64::NEG_INFINITY) & (bits != 0);
-    if moves { moved } else { x }
-}
-
-/// One step upward, likewise: from ∞, −0 and NaN none.
-#[inline(always)]
-fn up(x: f64) -> f64 {
-    -down(-x)
-}
-
-/// A rounded sum as a lower bound. A sum that is 0 is exact.
-#[inline(always)]
-fn sum_down(x: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { down(x) }
-}
-
-/// A rounded sum as an upper bound.
-#[inline(always)]
-fn sum_up(x: f64) -> f64 {
-    if x == 0.0 { 0.0 } else { up(x) }
-}
-
-/// The smaller number; which one of 0 and −0, and of numbers and NaN, does not matter.
-#[inline(always)]
-fn least(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The larger number, likewise.
-#[inline(always)]
-fn greatest(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// From four candidates and whether each is exactly 0, the interval that holds all. Exact
-/// zeros must not be moved and underflowed ones must: 0 at the lower end and −0 at the upper one
-/// stand for exact zeros, and order puts the others before them.
-#[inline(always)]
-fn around(candidates: [(f64, bool); 4]) -> (f64, f64) {
-    let [p, q, r, s] = candidates;
-    let low = or(p, 0.0).smaller(or(q, 0.0));
-    let low = low.smaller(or(r, 0.0).smaller(or(s, 0.0)));
-    let high = or(p, -0.0).larger(or(q, -0.0));
-    let high = high.larger(or(r, -0.0).larger(or(s, -0.0)));
-    (down(low), up(high))
-}
-
-/// The number, or this zero where it is an exact one.
-#[inline(always)]
-fn or((number, is_zero): (f64, bool), zero: f64) -> f64 {
-    if is_zero { zero } else { number }
-}
-
-/// A product, and whether it is exactly 0.
-#[inline(always)]
-fn product(a: f64, b: f64) -> (f64, bool) {
-    (a * b, (a == 0.0) | (b == 0.0))
-}
-
-/// A quotient, and whether it is exactly 0 or as close to it as one likes.
-#[inline(always)]
-fn quotient(a: f64, b: f64) -> (f64, bool) {
-    (a / b, (a == 0.0) | (b.abs() == f64::INFINITY))
-}
-
 impl Bounds {
+    /// A side of a box.
+    #[inline(always)]
+    pub(super) fn of_side(side: Interval) -> Bounds {
+        let Interval { low, high } = side;
+        Bounds {
+            low,
+            high,
+            // An interval with an end that is NaN holds nothing either.
+            regularity: if low <= high { CONTINUOUS } else { EMPTY },
+        }
+    }
+
     /// The interval with the regularity of an operation that is defined and continuous.
     #[inline(always)]
     fn smooth(low: f64, high: f64, a: Bounds, b: Bounds) -> Bounds {
@@ -170,7 +161,7 @@ impl Bounds {
 
     #[inline(always)]
     fn is_empty(self) -> bool {
-        self.low.is_nan()
+        self.regularity < PARTIAL
     }
 
     #[inline(always)]
@@ -178,104 +169,121 @@ impl Bounds {
         (self.low <= 0.0) & (self.high >= 0.0)
     }
 
-    /// The empty interval where the condition holds.
+    /// Whether it is 0 alone.
     #[inline(always)]
-    fn empty_where(self, is_empty: bool) -> Bounds {
+    fn is_zero(self) -> bool {
+        (self.low == 0.0) & (self.high == 0.0)
+    }
+
+    /// One of two.
+    #[inline(always)]
+    fn chosen(first: bool, a: Bounds, b: Bounds) -> Bounds {
         Bounds {
-            low: if is_empty { f64::NAN } else { self.low },
-            high: if is_empty { f64::NAN } else { self.high },
-            ..self
+            low: if first { a.low } else { b.low },
+            high: if first { a.high } else { b.high },
+            regularity: if first { a.regularity } else { b.regularity },
         }
     }
 
     /// A comparison that, of numbers, can hold or must hold.
     #[inline(always)]
     fn comparison(a: Bounds, b: Bounds, can_hold: bool, must_hold: bool) -> Bounds {
-        let is_empty = a.is_empty() | b.is_empty();
-        let is_partial = (a.regularity == PARTIAL) | (b.regularity == PARTIAL);
-        let low = if must_hold & !is_partial { 1.0 } else { 0.0 };
-        let high = if can_hold & !is_empty { 1.0 } else { 0.0 };
-        let regularity = if low == high { CONTINUOUS } else { DEFINED };
+        let regularity = least(a.regularity, b.regularity);
+        let low = if must_hold & (regularity > PARTIAL) {
+            1.0
+        } else {
+            0.0
+        };
+        let high = if can_hold & (regularity >= PARTIAL) {
+            1.0
+        } else {
+            0.0
+        };
         Bounds {
             low,
             high,
-            regularity,
+            regularity: if low == high { CONTINUOUS } else { DEFINED },
         }
+    }
+
+    /// The table's interval rule for these operands.
+    fn by_rule(op: Op, operands: &[Bounds]) -> Bounds {
+        let mut enclosures = [Enclosure::of_number(f64::NAN); 3];
+        for (enclosure, &operand) in enclosures.iter_mut().zip(operands) {
+            *enclosure = operand.into();
+        }
+        (op.operation().interval)(&enclosures[..op.arity()]).into()
     }
 }
 
 impl Number for Bounds {
     type Block = BoundsBlock;
 
+    const LANES: usize = LANES;
+
     #[inline(always)]
     fn splat(self) -> BoundsBlock {
-        BoundsBlock {
-            low: [self.low; LANES],
-            high: [self.high; LANES],
-            regularity: [self.regularity; LANES],
-        }
+        BoundsBlock::of(self)
     }
 
     #[inline(always)]
     fn get(block: &BoundsBlock, lane: usize) -> Bounds {
-        Bounds {
-            low: block.low[lane],
-            high: block.high[lane],
-            regularity: block.regularity[lane],
-        }
+        block.lane(lane)
     }
 
     #[inline(always)]
     fn set(block: &mut BoundsBlock, lane: usize, bounds: Bounds) {
-        block.low[lane] = bounds.low;
-        block.high[lane] = bounds.high;
-        block.regularity[lane] = bounds.regularity;
+        block.put(lane, bounds);
     }
 
     #[inline(always)]
     fn add(self, other: Bounds) -> Bounds {
         let (low, high) = (self.low + other.low, self.high + other.high);
-        Bounds::smooth(sum_down(low), sum_up(high), self, other)
+        Bounds::smooth(sum_below(low), sum_above(high), self, other)
     }
 
     #[inline(always)]
     fn subtract(self, other: Bounds) -> Bounds {
         let (low, high) = (self.low - other.high, self.high - other.low);
-        Bounds::smooth(sum_down(low), sum_up(high), self, other)
+        Bounds::smooth(sum_below(low), sum_above(high), self, other)
     }
 
+    /// The extremes are products of ends. Of those, 0·∞ is NaN: then one of the others is 0, or
+    /// all are NaN and the product is 0; so NaN is passed over, and the last one taken for 0.
     #[inline(always)]
     fn multiply(self, other: Bounds) -> Bounds {
         let (a, b) = (self, other);
-        let (low, high) = around([
-            product(a.low, b.low),
-            product(a.low, b.high),
-            product(a.high, b.low),
-            product(a.high, b.high),
-        ]);
-        Bounds::smooth(low, high, a, b).empty_where(a.is_empty() | b.is_empty())
+        let (p, q, r) = (a.low * b.low, a.low * b.high, a.high * b.low);
+        let s = a.high * b.high;
+        let s = if s.is_nan() { 0.0 } else { s };
+        let low = product_below(least(p, least(q, least(r, s))));
+        let high = product_above(greatest(p, greatest(q, greatest(r, s))));
+        let is_positive = (least(a.low, b.low) >= 0.0) | (greatest(a.high, b.high) <= 0.0);
+        let floor = if is_positive { 0.0 } else { f64::NEG_INFINITY };
+        Bounds::smooth(greatest(low, floor), high, a, b)
     }
 
+    /// With the divisor made positive, the ends are quotients of the dividend's by whichever end
+    /// of the divisor makes them larger or smaller.
     #[inline(always)]
     fn divide(self, other: Bounds) -> Bounds {
         let (a, b) = (self, other);
-        // A divisor that ends at 0 comes close to it from one side.
-        let first = if b.low == 0.0 { 0.0 } else { b.low };
-        let last = if b.high == 0.0 { -0.0 } else { b.high };
-        let (low, high) = around([
-            quotient(a.low, first),
-            quotient(a.low, last),
-            quotient(a.high, first),
-            quotient(a.high, last),
-        ]);
-        let is_zero = (a.low == 0.0) & (a.high == 0.0);
-        let is_entire = (b.low < 0.0) & (b.high > 0.0) & !is_zero;
+        let is_negative = b.high <= 0.0;
+        let first = if is_negative { -a.high } else { a.low };
+        let last = if is_negative { -a.low } else { a.high };
+        // What ends at 0 ends at a positive 0, from which the divisor comes.
+        let smallest = if is_negative { -b.high } else { b.low }.abs();
+        let largest = if is_negative { -b.low } else { b.high };
+        // Sums with 0 and differences from it have no −0: where the dividend is 0, the quotient
+        // is exact.
+        let low = quotient_below((first + 0.0) / if first < 0.0 { smallest } else { largest });
+        let high = -quotient_below((0.0 - last) / if last > 0.0 { smallest } else { largest });
+        let is_entire = (b.low < 0.0) & (b.high > 0.0) & !a.is_zero();
         let low = if is_entire { f64::NEG_INFINITY } else { low };
         let high = if is_entire { f64::INFINITY } else { high };
-        let has_none = (b.low == 0.0) & (b.high == 0.0);
         Bounds::smooth(low, high, a, b)
-            .empty_where(a.is_empty() | b.is_empty() | has_none)
             .unless(!b.has_zero(), PARTIAL)
+            .unless(!b.is_zero(), EMPTY)
     }
 
     #[inline(always)]
@@ -291,34 +299,38 @@ impl Number for Bounds {
     fn square(self) -> Bounds {
         let a = self.absolute();
         Bounds {
-            // Not negative, so that 0 is a bound however it was rounded.
-            low: down(a.low * a.low),
-            high: if a.high == 0.0 {
-                0.0
-            } else {
-                up(a.high * a.high)
-            },
+            low: square_below(a.low),
+            high: square_above(a.high),
             ..a
         }
     }
 
     #[inline(always)]
-    fn square_root(self) -> Bounds {
-        let first = if 0.0 > self.low { 0.0 } else { self.low };
+    fn squared_difference(self, other: Bounds) -> Bounds {
+        let (low, high) = (self.low - other.high, self.high - other.low);
+        let difference = Bounds::smooth(low, high, self, other).absolute();
         Bounds {
-            low: sum_down(first.sqrt()),
-            high: sum_up(self.high.sqrt()),
+            low: sum_square_below(difference.low),
+            high: sum_square_above(difference.high),
+            ..difference
+        }
+    }
+
+    #[inline(always)]
+    fn square_root(self) -> Bounds {
+        Bounds {
+            low: root_below(greatest(self.low, 0.0).sqrt()),
+            high: root_above(self.high.sqrt()),
             ..self
         }
-        .empty_where(self.high.is_nan() | (self.high < 0.0))
         .unless(self.low >= 0.0, PARTIAL)
+        .unless(self.high >= 0.0, EMPTY)
     }
 
     #[inline(always)]
     fn absolute(self) -> Bounds {
-        let low = greatest(self.low, -self.high);
         Bounds {
-            low: if 0.0 > low { 0.0 } else { low },
+            low: greatest(greatest(self.low, -self.high), 0.0),
             high: greatest(-self.low, self.high),
             ..self
         }
@@ -338,13 +350,14 @@ impl Number for Bounds {
 
     #[inline(always)]
     fn smaller(self, other: Bounds) -> Bounds {
-        let (low, high) = (self.low.smaller(other.low), self.high.smaller(other.high));
+        let (low, high) = (least(self.low, other.low), least(self.high, other.high));
         Bounds::smooth(low, high, self, other)
     }
 
     #[inline(always)]
     fn larger(self, other: Bounds) -> Bounds {
-        let (low, high) = (self.low.larger(other.low), self.high.larger(other.high));
+        let low = greatest(self.low, other.low);
+        let high = greatest(self.high, other.high);
         Bounds::smooth(low, high, self, other)
     }
 
@@ -373,84 +386,79 @@ impl Number for Bounds {
         Bounds::comparison(self, self, true, true)
     }
 
+    /// NaN is not 0, so where the condition may be undefined the first branch may be taken.
     #[inline(always)]
     fn select(self, taken: Bounds, otherwise: Bounds) -> Bounds {
-        let is_partial = self.regularity == PARTIAL;
-        let can_take = is_partial | (self.low != 0.0) | (self.high != 0.0);
-        let can_leave = self.has_zero();
+        let can_take = (self.regularity <= PARTIAL) | (self.low != 0.0) | (self.high != 0.0);
+        let can_leave = !self.is_empty() & self.has_zero();
         let hull = Bounds {
-            low: taken.low.min(otherwise.low),
-            high: taken.high.max(otherwise.high),
+            low: least(taken.low, otherwise.low),
+            high: greatest(taken.high, otherwise.high),
             regularity: least(DEFINED, least(taken.regularity, otherwise.regularity)),
         };
+        // Of an empty branch nothing is taken, but that it is undefined.
+        let hull = Bounds::chosen(taken.is_empty(), otherwise.unless(false, PARTIAL), hull);
+        let hull = Bounds::chosen(otherwise.is_empty(), taken.unless(false, PARTIAL), hull);
         let one = Bounds::chosen(can_take, taken, otherwise);
         Bounds::chosen(can_take & can_leave, hull, one)
     }
 
     #[inline(always)]
     fn chain_product(self, other: Bounds) -> Bounds {
-        let product = self.multiply(other);
-        let absorbs = self.has_zero() | other.has_zero();
-        Bounds {
-            low: if absorbs {
-                product.low.min(0.0)
-            } else {
-                product.low
-            },
-            high: if absorbs {
-                product.high.max(0.0)
-            } else {
-                product.high
-            },
-            ..product
-        }
+        let (a, b) = (self, other);
+        let product = a.multiply(b);
+        let absorbs = (a.has_zero() & !a.is_empty()) | (b.has_zero() & !b.is_empty());
+        let is_zero = (a.is_zero() & !a.is_empty()) | (b.is_zero() & !b.is_empty());
+        let only_zero = product.is_empty() | is_zero;
+        let low = if only_zero {
+            0.0
+        } else {
+            least(product.low, 0.0)
+        };
+        let high = if only_zero {
+            0.0
+        } else {
+            greatest(product.high, 0.0)
+        };
+        let absorbed = Bounds {
+            low,
+            high,
+            regularity: greatest(product.regularity, PARTIAL),
+        };
+        Bounds::chosen(absorbs, absorbed, product)
     }
 
     #[inline(always)]
     fn function_of_one(op: Op, out: &mut BoundsBlock, a: &BoundsBlock) {
-        match op {
-            Op::Exp => {
-                slice::exp(&mut out.low, &a.low);
-                slice::exp(&mut out.high, &a.high);
-                for (low, high) in out.low.iter_mut().zip(&mut out.high) {
-                    let moved = down(down(*low));
-                    *low = if 0.0 > moved { 0.0 } else { moved };
-                    *high = up(up(*high));
-                }
-                out.regularity = a.regularity;
-            }
-            _ => {
-                for lane in 0..LANES {
-                    let operand = Enclosure::from(Bounds::get(a, lane));
-                    let enclosure = (op.operation().interval)(&[operand]);
-                    Bounds::set(out, lane, enclosure.into());
-                }
-            }
-        }
+        functions::of_one(op, out, a);
     }
 
     #[inline(always)]
     fn function_of_two(op: Op, out: &mut BoundsBlock, a: &BoundsBlock, b: &BoundsBlock) {
-        for lane in 0..LANES {
-            let operands = [a, b].map(|block| Enclosure::from(Bounds::get(block, lane)));
-            let enclosure = (op.operation().interval)(&operands);
-            Bounds::set(out, lane, enclosure.into());
-        }
+        functions::of_two(op, out, a, b);
     }
 
     #[inline(always)]
     fn integer_power(out: &mut BoundsBlock, a: &BoundsBlock, exponent: Bounds) {
-        Bounds::function_of_two(Op::IntegerPower, out, a, &exponent.splat());
+        powers::integer_power(out, a, exponent);
     }
 
     #[inline(always)]
     fn modulo(out: &mut BoundsBlock, a: &BoundsBlock, b: Bounds) {
-        Bounds::function_of_two(Op::Modulo, out, a, &b.splat());
+        functions::modulo(out, a, &b.splat());
     }
 
+    /// A block of one lane, so that the bits are those of many.
+    #[inline(always)]
     fn function(op: Op, operands: [Bounds; 3]) -> Bounds {
-        let operands = operands.map(Enclosure::from);
-        (op.operation().interval)(&operands[..op.arity()]).into()
+        let [a, b, _] = operands.map(BoundsBlock::<1>::of);
+        let mut out = a;
+        match op {
+            Op::IntegerPower => powers::integer_power(&mut out, &a, operands[1]),
+            _ if op.arity() == 1 => functions::of_one(op, &mut out, &a),
+            _ => functions::of_two(op, &mut out, &a, &b),
+        }
+        out.lane(0)
     }
 
     fn with_memory(length: usize, work: impl FnOnce(&mut [BoundsBlock])) {
@@ -460,17 +468,5 @@ impl Number for Bounds {
             };
         }
         KEPT.with(|kept| lend(kept, length, NOTHING, work));
-    }
-}
-
-impl Bounds {
-    /// One of two.
-    #[inline(always)]
-    fn chosen(first: bool, a: Bounds, b: Bounds) -> Bounds {
-        Bounds {
-            low: if first { a.low } else { b.low },
-            high: if first { a.high } else { b.high },
-            regularity: if first { a.regularity } else { b.regularity },
-        }
     }
 }

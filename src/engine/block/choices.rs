@@ -139,7 +139,10 @@ impl Bounds {
     /// Takes an enclosure with an infinite end for undefined.
     pub(in crate::engine) fn settle(&mut self) {
         let is_finite = self.high - self.low < f64::INFINITY;
-        self.regularity = if is_finite { self.regularity } else { PARTIAL };
+        self.regularity = match is_finite {
+            true => self.regularity,
+            false => self.regularity.min(PARTIAL),
+        };
     }
 }
 
@@ -150,11 +153,9 @@ fn settle(block: &mut BoundsBlock, worst: &mut [f64; LANES]) {
         let width = block.high[lane] - block.low[lane];
         // Not if an end is infinite, nor if there is none.
         let is_finite = width < f64::INFINITY;
-        let regularity = if is_finite {
-            block.regularity[lane]
-        } else {
-            PARTIAL
-        };
+        let regularity = block.regularity[lane];
+        let is_better = !is_finite & (regularity > PARTIAL);
+        let regularity = if is_better { PARTIAL } else { regularity };
         block.regularity[lane] = regularity;
         worst[lane] = if regularity < worst[lane] {
             regularity

@@ -5,9 +5,11 @@
 
 #![allow(unsafe_code)]
 
+use super::bounds::Bounds;
 use super::choices::{self, Pass};
 use super::execute::{self, Columns};
 use super::number::Number;
+use super::single::{self, Line};
 use crate::engine::tape::Tape;
 use std::sync::OnceLock;
 
@@ -128,4 +130,29 @@ fn record_avx2(pass: &mut Pass<'_>) {
 #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
 fn record_avx512(pass: &mut Pass<'_>) {
     choices::run(pass);
+}
+
+/// Runs the lines of a tape on one box, with these kernels or narrower ones.
+pub(super) fn run_single(
+    kernels: Kernels,
+    lines: &[Line],
+    scalars: &[Bounds],
+    memory: &mut [Bounds],
+) {
+    match kernels.or_narrower() {
+        Kernels::Baseline => single::run(lines, scalars, memory),
+        // One box has no use for wider vectors.
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives either only where `detect` has found the features of `Avx2`,
+        // which are among those of `Avx512`.
+        Kernels::Avx2 | Kernels::Avx512 => unsafe { run_single_avx2(lines, scalars, memory) },
+        #[cfg(not(target_arch = "x86_64"))]
+        Kernels::Avx2 | Kernels::Avx512 => single::run(lines, scalars, memory),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn run_single_avx2(lines: &[Line], scalars: &[Bounds], memory: &mut [Bounds]) {
+    single::run(lines, scalars, memory);
 }

@@ -5,7 +5,8 @@
 //! [`table`] is the list of kernels with their formulas, written for any [`number::Number`];
 //! [`execute`] walks over tape and blocks; [`dispatch`] compiles both for several instruction sets
 //! and holds the tier's only `unsafe`, the calls into those. [`bounds`] makes enclosures a number
-//! of tapes, and [`enclose`] runs them over boxes; [`choices`] does so too and records which of
+//! of tapes, and [`enclose`] runs them over boxes, few of which [`mod@single`] takes one by one;
+//! [`choices`] does so too and records which of
 //! their operands choices take there.
 //!
 //! On f64 the results are those of the interpreter, to the last bit, whatever the instruction set
@@ -17,13 +18,14 @@ mod dispatch;
 mod enclose;
 mod execute;
 mod number;
+mod single;
 mod table;
 
 use super::tape::Tape;
 pub(super) use bounds::{Bounds, BoundsBlock};
 pub(super) use choices::{Choice, Decision, Pass};
 pub use dispatch::Kernels;
-pub(super) use enclose::{Enclosures, scalars as scalar_bounds};
+pub(super) use enclose::{Enclosures, Scalars, scalars as scalar_bounds};
 use execute::Columns;
 pub(super) use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind, single};
@@ -90,7 +92,9 @@ pub(super) fn run<T: Float>(
             let mut few: [&mut [T::Block]; FEW] = Default::default();
             if results.len() <= FEW {
                 let count = results.len();
-                few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+                few.iter_mut()
+                    .zip(results)
+                    .for_each(|(few, result)| *few = result);
                 run(&mut few[..count]);
             } else {
                 let mut many: Vec<&mut [T::Block]> = results.collect();
@@ -139,7 +143,9 @@ fn run_block<N: Number>(
     let results = results.iter_mut().map(std::slice::from_mut);
     let mut few: [&mut [N::Block]; FEW] = Default::default();
     if count <= FEW {
-        few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+        few.iter_mut()
+            .zip(results)
+            .for_each(|(few, result)| *few = result);
         run(&mut few[..count]);
     } else {
         let mut many: Vec<&mut [N::Block]> = results.collect();

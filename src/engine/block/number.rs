@@ -8,7 +8,7 @@ use crate::graph::Op;
 use crate::graph::operation::value::is_algebraic_power;
 use crate::math::slice;
 
-/// The lanes of one block: as many numbers as every kernel's inner loop takes.
+/// The lanes of one block of floating-point numbers.
 pub(in crate::engine) const LANES: usize = 64;
 
 /// A kind of number that tapes compute with.
@@ -16,11 +16,14 @@ pub(in crate::engine) trait Number: Copy + 'static {
     /// The lanes of one block.
     type Block: Copy + 'static;
 
+    /// How many lanes a block has.
+    const LANES: usize;
+
     /// A block of equal lanes.
     fn splat(self) -> Self::Block;
-    /// The number in a lane below [`LANES`].
+    /// The number in a lane below [`Number::LANES`].
     fn get(block: &Self::Block, lane: usize) -> Self;
-    /// Puts a number into a lane below [`LANES`].
+    /// Puts a number into a lane below [`Number::LANES`].
     fn set(block: &mut Self::Block, lane: usize, number: Self);
 
     /// a + b
@@ -35,6 +38,11 @@ pub(in crate::engine) trait Number: Copy + 'static {
     fn negate(self) -> Self;
     /// a·a
     fn square(self) -> Self;
+    /// (a − b)²
+    #[inline(always)]
+    fn squared_difference(self, other: Self) -> Self {
+        self.subtract(other).square()
+    }
     /// √a
     fn square_root(self) -> Self;
     /// |a|
@@ -100,6 +108,8 @@ macro_rules! floating_point {
     ($float:ident) => {
         impl Number for $float {
             type Block = [$float; LANES];
+
+            const LANES: usize = LANES;
 
             #[inline(always)]
             fn splat(self) -> Self::Block {

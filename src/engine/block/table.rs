@@ -7,7 +7,7 @@
 
 use super::choices::{self, Choice};
 use super::execute::{Block, Scalar, Sources};
-use super::number::{LANES, Number};
+use super::number::Number;
 use crate::engine::tape::Instruction;
 use crate::graph::Op;
 
@@ -30,7 +30,11 @@ impl Facts {
         let mut scalars = 0;
         let mut place = 0;
         while place < 3 {
-            let kind = if place < kinds.len() { kinds[place] } else { kinds[0] };
+            let kind = if place < kinds.len() {
+                kinds[place]
+            } else {
+                kinds[0]
+            };
             if let Kind::Scalar = kind {
                 scalars |= 1 << place;
             }
@@ -40,7 +44,12 @@ impl Facts {
             Some(kernel) => choices::choice(kernel),
             None => None,
         };
-        Facts { kernel, arity: kinds.len(), scalars, choice }
+        Facts {
+            kernel,
+            arity: kinds.len(),
+            scalars,
+            choice,
+        }
     }
 }
 
@@ -130,6 +139,7 @@ macro_rules! kernels {
         ];
 
         /// What an instruction gives for single numbers; those beyond its arity are ignored.
+        #[inline(always)]
         pub(in crate::engine) fn single<N: Number>(code: Code, operands: [N; 3]) -> N {
             match code {
                 $($(Code::$variant => {
@@ -177,12 +187,12 @@ macro_rules! kernels {
         /// it may leave as calls.
         #[allow(non_snake_case)]
         mod loops {
-            use super::{Block, LANES, Number, Scalar};
+            use super::{Block, Number, Scalar};
 
             $($(
                 #[inline(always)]
                 pub(super) fn $variant<N: Number>(out: &mut N::Block, $($argument: block!($sort)),+) {
-                    for lane in 0..LANES {
+                    for lane in 0..N::LANES {
                         $(let $argument = $argument.lane(lane);)+
                         N::set(out, lane, $rule);
                     }
@@ -191,7 +201,7 @@ macro_rules! kernels {
             $($(
                 #[inline(always)]
                 pub(super) fn $code<N: Number>(out: &mut N::Block, $($operand: block!($kind)),+) {
-                    for lane in 0..LANES {
+                    for lane in 0..N::LANES {
                         $(let $operand = $operand.lane(lane);)+
                         N::set(out, lane, $formula);
                     }
@@ -321,10 +331,10 @@ kernels! {
         SquareAdd = a.square().add(b), as
             SquareAdd(a: lanes, b: lanes),
             SquareAddScalar(a: lanes, b: scalar);
-        SquaredDifference = a.subtract(b).square(), as
+        SquaredDifference = a.squared_difference(b), as
             SquaredDifference(a: lanes, b: lanes),
             SquaredDifferenceScalar(a: lanes, b: scalar);
-        SquaredDifferenceAdd = a.subtract(b).square().add(c), as
+        SquaredDifferenceAdd = a.squared_difference(b).add(c), as
             SquaredDifferenceAdd(a: lanes, b: lanes, c: lanes),
             SquaredDifferenceScalarAdd(a: lanes, b: scalar, c: lanes);
         RootSubtract = a.square_root().subtract(b), as

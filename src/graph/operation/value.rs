@@ -23,7 +23,7 @@ pub fn is_algebraic_power(exponent: f64) -> bool {
 }
 
 /// Whether a number is ± a power of two, subnormal ones aside: it has no fraction bits.
-pub(in crate::graph) fn is_power_of_two(a: f64) -> bool {
+pub fn is_power_of_two(a: f64) -> bool {
     a.is_normal() && a.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1) == 0
 }
 
@@ -57,11 +57,7 @@ pub(in crate::graph) fn integer_power(base: f64, exponent: f64) -> f64 {
 /// The one order in which a power of at least 1 is multiplied together: the squares x, x², x⁴, …
 /// that the exponent's binary digits name, from the least significant one on. Values and lowered
 /// graphs both follow it, so they agree to the last bit.
-pub(in crate::graph) fn by_squaring<T: Copy>(
-    base: T,
-    exponent: u32,
-    mut multiply: impl FnMut(T, T) -> T,
-) -> T {
+pub fn by_squaring<T: Copy>(base: T, exponent: u32, mut multiply: impl FnMut(T, T) -> T) -> T {
     let mut square = base;
     let mut product = None;
     let mut digits = exponent;
