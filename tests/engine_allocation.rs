@@ -79,13 +79,7 @@ impl Explorer for Count {
 
     fn decided(&self, _: &mut Self::Task, _: &Cell, _: &Enclosure) {}
 
-    fn leaf(
-        &self,
-        task: &mut Self::Task,
-        cell: &Cell,
-        _: &Enclosure,
-        field: &mut Specialized<'_>,
-    ) {
+    fn leaf(&self, task: &mut Self::Task, cell: &Cell, _: &Enclosure, field: &mut Specialized<'_>) {
         let middle = (cell.low + cell.high) / 2.0;
         let points = middle.to_array().map(|x| [x; 100]);
         let points = points.each_ref().map(|column| &column[..]);

@@ -168,11 +168,9 @@ fn compare(seeds: std::ops::Range<u64>, with_gradients: bool) -> usize {
         let own = parameters.map(|&index| q[index as usize]).collect();
         let field = CompiledField::new(program.clone(), own);
         let corner = |random: &mut Random| {
-            DVec3::from_array(std::array::from_fn(|_| {
-                match random.below(4) {
-                    0 => random.choose(&[0.0, -0.0, 0.5, -1.0, 1e160, -1e300]),
-                    _ => random.uniform(-2.0, 2.0),
-                }
+            DVec3::from_array(std::array::from_fn(|_| match random.below(4) {
+                0 => random.choose(&[0.0, -0.0, 0.5, -1.0, 1e160, -1e300]),
+                _ => random.uniform(-2.0, 2.0),
             }))
         };
         let (a, b) = (corner(random), corner(random));
@@ -524,13 +522,7 @@ impl Explorer for Ends {
         unreachable!("{cell:?} cannot be decided");
     }
 
-    fn leaf(
-        &self,
-        found: &mut Vec<f64>,
-        cell: &Cell,
-        _: &Enclosure,
-        field: &mut Specialized<'_>,
-    ) {
+    fn leaf(&self, found: &mut Vec<f64>, cell: &Cell, _: &Enclosure, field: &mut Specialized<'_>) {
         let mut values = [0.0; 2];
         field.values(&[&[cell.low.x, cell.high.x]], &mut values);
         found.extend(values);

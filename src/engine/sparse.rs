@@ -66,7 +66,9 @@ impl SparseParameters<'_> {
 
     /// The number of operations for one point, fused ones counted once; 0 if it is not known.
     pub fn size(&self) -> usize {
-        self.pruned.as_ref().map_or(0, |(sequence, _)| sequence.len())
+        self.pruned
+            .as_ref()
+            .map_or(0, |(sequence, _)| sequence.len())
     }
 
     /// F, F_x and the components of F_q that can matter, in the order of
