@@ -14,6 +14,10 @@ use crate::graph::interval::{self, Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
+/// Registers beyond which a tape no longer stays in the nearest cache, so that a kernel with fewer
+/// is looked for.
+const MANY_REGISTERS: usize = 128;
+
 /// What is known of a root before anything was computed.
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -340,9 +344,36 @@ impl Program {
             .get_or_init(|| self.kernel(&self.graph, &self.roots))
     }
 
-    /// The kernel of the first root and its F_x.
+    /// The kernel of the first root and its F_x: by a reverse sweep or, where that would keep very
+    /// many values for each point, by tangents.
+    ///
+    /// Both are exact but may round differently.
     pub(super) fn gradients(&self) -> &Kernel {
-        self.gradients.get_or_init(|| self.derivatives(0))
+        self.gradients.get_or_init(|| {
+            let reverse = self.derivatives(0);
+            let (instructions, registers) = reverse.size();
+            if registers <= MANY_REGISTERS {
+                return reverse;
+            }
+            let tangents = self.tangents();
+            let (others, fewer) = tangents.size();
+            if fewer <= registers / 2 && others <= instructions + instructions / 2 {
+                tangents
+            } else {
+                reverse
+            }
+        })
+    }
+
+    /// The first root and its F_x from one sweep of tangents.
+    fn tangents(&self) -> Kernel {
+        match self.roots.first() {
+            Some(&root) => {
+                let (graph, roots) = derive::tangents(&self.graph, root, self.dimension);
+                self.kernel(&graph, &roots)
+            }
+            None => self.kernel(&self.graph, &[]),
+        }
     }
 
     /// The kernel of the first root, its F_x and its F_q.

@@ -30,8 +30,12 @@ use execute::Columns;
 pub(super) use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind, single};
 
-/// The bytes that the registers of a group of blocks may fill.
-const CACHE: usize = 1 << 15;
+/// The bytes that the registers of a group of blocks may fill: a part of the second-level cache.
+/// The first level would be too small for what matters more in a long tape: that the jump to the
+/// next instruction, which the processor does not foresee there, is shared by many lanes. (A tape
+/// of 4,400 instructions on 128 registers is 2.3 to 2.7 times faster with eight blocks at a time
+/// than with one.)
+const CACHE: usize = 1 << 18;
 
 /// The most blocks that are computed at a time.
 const LARGEST_GROUP: usize = 8;
@@ -63,7 +67,8 @@ pub(super) fn run<T: Float>(
     if block > LARGEST_MEMORY {
         return false;
     }
-    let group = (CACHE / block.max(1)).clamp(1, LARGEST_GROUP);
+    let most = (count / LANES).clamp(1, LARGEST_GROUP);
+    let group = (CACHE / block.max(1)).clamp(1, most);
     let whole = count / LANES * LANES;
     let rest = count - whole;
     let remainder = if rest > 0 {
