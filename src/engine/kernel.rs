@@ -136,11 +136,6 @@ impl Kernel {
         is_short || self.singles.fetch_add(count, Ordering::Relaxed) >= WORTH_COMPILING
     }
 
-    /// How many instructions a tape has, and how many numbers it keeps for each point.
-    pub(super) fn size(&self) -> (usize, usize) {
-        (self.tape.instructions.len(), self.tape.registers)
-    }
-
     /// What [`Kernel::run`] needs to know of q: q itself and what depends on it alone.
     pub(super) fn uniforms(&self, q: &[f64]) -> Vec<f64> {
         let mut uniforms = interpret::uniforms(&self.lowered, q);
