@@ -14,6 +14,10 @@ use crate::graph::interval::{self, Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
+/// Registers beyond which a tape no longer stays in the nearest cache, so that a kernel with fewer
+/// is looked for.
+const MANY_REGISTERS: usize = 128;
+
 /// What is known of a root before anything was computed.
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -160,8 +164,8 @@ impl Program {
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
     /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
-    /// least if there are 64 or more. What an enclosure is does not depend on the others. Sums,
-    /// products, quotients and roots are at most one unit in the last place wider on each side
+    /// least if there are 64 or more. What an enclosure is does not depend on the others; that of
+    /// a single box, which may come from machine code, can be tighter. Sums, products, quotients and roots are at most one unit in the last place wider on each side
     /// than those of [`interval::enclose`], functions two; fused operations a little more.
     pub fn enclose_batch(
         &self,
@@ -184,13 +188,52 @@ impl Program {
         q: &[f64],
         outputs: &mut [&mut [Enclosure]],
     ) {
-        if self
-            .enclosures()
-            .run(self.block_kernels(), sides, scalars, outputs)
+        if self.enclose_alone(scalars, sides, outputs)
+            || self
+                .enclosures()
+                .run(self.block_kernels(), sides, scalars, outputs)
         {
             return;
         }
         self.enclose_by_node(&self.roots, sides, q, outputs);
+    }
+
+    /// Encloses a batch of one box by machine code, where that suits.
+    fn enclose_alone(
+        &self,
+        scalars: &Scalars,
+        sides: &[&[Interval]],
+        outputs: &mut [&mut [Enclosure]],
+    ) -> bool {
+        let columns = sides.iter().take(self.dimension);
+        let shortest = columns.map(|column| column.len()).min();
+        if shortest != Some(1) || sides.len() < self.dimension {
+            return false;
+        }
+        let mut alone = [Interval::EMPTY; 3];
+        for (side, column) in alone.iter_mut().zip(sides) {
+            *side = column[0];
+        }
+        // One root, as fields have, needs no allocation.
+        let mut one = [UNKNOWN];
+        let mut several = Vec::new();
+        let found = match self.outputs() {
+            1 => &mut one[..],
+            count => {
+                several.resize(count, UNKNOWN);
+                &mut several[..]
+            }
+        };
+        let enclosures = self.enclosures();
+        if !enclosures.run_alone(self.tier, &alone[..self.dimension], scalars, found) {
+            return false;
+        }
+        for (column, &enclosure) in outputs.iter_mut().zip(&*found) {
+            if let Some(place) = column.first_mut() {
+                *place = enclosure;
+            }
+        }
+        true
     }
 
     /// Encloses roots whose tape is too large for blocks.
@@ -301,9 +344,36 @@ impl Program {
             .get_or_init(|| self.kernel(&self.graph, &self.roots))
     }
 
-    /// The kernel of the first root and its F_x.
+    /// The kernel of the first root and its F_x: by a reverse sweep or, where that would keep very
+    /// many values for each point, by tangents.
+    ///
+    /// Both are exact but may round differently.
     pub(super) fn gradients(&self) -> &Kernel {
-        self.gradients.get_or_init(|| self.derivatives(0))
+        self.gradients.get_or_init(|| {
+            let reverse = self.derivatives(0);
+            let (instructions, registers) = reverse.size();
+            if registers <= MANY_REGISTERS {
+                return reverse;
+            }
+            let tangents = self.tangents();
+            let (others, fewer) = tangents.size();
+            if fewer <= registers / 2 && others <= instructions + instructions / 2 {
+                tangents
+            } else {
+                reverse
+            }
+        })
+    }
+
+    /// The first root and its F_x from one sweep of tangents.
+    fn tangents(&self) -> Kernel {
+        match self.roots.first() {
+            Some(&root) => {
+                let (graph, roots) = derive::tangents(&self.graph, root, self.dimension);
+                self.kernel(&graph, &roots)
+            }
+            None => self.kernel(&self.graph, &[]),
+        }
     }
 
     /// The kernel of the first root, its F_x and its F_q.

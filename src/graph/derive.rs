@@ -4,8 +4,8 @@
 //!
 //! [`reverse`] is the adjoint sweep (Griewank & Walther, Evaluating Derivatives, 2nd ed., section
 //! 3.2): all derivatives of one root for a few times the root's operations. [`forward`]
-//! propagates tangents (section 3.1): one variable, any number of roots. Both read the partial
-//! derivatives from the table of operations and follow the same rules at points where
+//! propagates tangents (section 3.1): one variable, any number of roots; [`tangents`] does so for
+//! all coordinates at once. All read the partial derivatives from the table of operations and follow the same rules at points where
 //! derivatives are delicate:
 //!
 //! * |a|′ is 0 at 0; at a tie `min` and `max` are their first operand.
@@ -15,6 +15,8 @@
 //! * Branches are chosen by value; the one not taken contributes nothing, its NaN neither.
 //!
 //! Nothing here uses stack for depth.
+
+use rustc_hash::FxHashMap;
 
 use super::operation::Derivative;
 use super::traverse::NodeMap;
@@ -77,6 +79,56 @@ pub fn forward(graph: &mut Graph, roots: &[NodeId], variable: NodeId) -> Vec<Nod
         }
     };
     roots.iter().map(derivative).collect()
+}
+
+/// The root and its derivatives in the coordinates of these axes as a graph of their own, by one
+/// sweep of tangents, in which the tangents of a node stand right behind it. So, other than after
+/// [`reverse`], few values are needed at a time: as many for each axis as by the root alone.
+pub fn tangents(graph: &Graph, root: NodeId, axes: usize) -> (Graph, Vec<NodeId>) {
+    let mut target = Graph::new();
+    let [zero, one] = [0.0, 1.0].map(|value| target.constant(value));
+    let mut copies = FxHashMap::default();
+    for id in graph.reachable(&[root]) {
+        let node = graph.node(id);
+        let copied = node.operands().iter().map(|operand| copies[operand]);
+        let copied: Vec<(NodeId, [NodeId; 3])> = copied.collect();
+        let place = |place: usize| copied.get(place).copied().unwrap_or((zero, [zero; 3]));
+        let operands = [place(0), place(1), place(2)];
+        let mut of_axes = [zero; 3];
+        let copy = match node {
+            Node::Constant(bits) => target.constant(f64::from_bits(bits)),
+            Node::Parameter(index) => target.parameter(index as usize),
+            Node::Coordinate(axis) => {
+                if let Some(own) = of_axes[..axes].get_mut(usize::from(axis)) {
+                    *own = one;
+                }
+                target.coordinate(usize::from(axis))
+            }
+            Node::Apply(op, _) => {
+                let nodes = operands.map(|(node, _)| node);
+                let copy = target.apply(op, &nodes[..op.arity()]);
+                for (axis, own) in of_axes[..axes].iter_mut().enumerate() {
+                    let of_operands = operands.map(|(_, tangents)| tangents[axis]);
+                    if of_operands.iter().any(|&tangent| tangent != zero) {
+                        *own = tangent(&mut target, op, nodes, copy, of_operands);
+                    }
+                }
+                copy
+            }
+        };
+        copies.insert(id, (copy, of_axes));
+    }
+    let support = graph.support(&[root]).coordinates;
+    let (root, of_axes) = copies[&root];
+    let mut roots = vec![root];
+    for (axis, &tangent) in of_axes[..axes].iter().enumerate() {
+        let depends = support.iter().any(|&other| usize::from(other) == axis);
+        roots.push(match depends {
+            true => gate(&mut target, root, tangent),
+            false => zero,
+        });
+    }
+    (target, roots)
 }
 
 /// ∂²root/∂variable∂variable: a symmetric matrix, by a forward sweep over the reverse one for

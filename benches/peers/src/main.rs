@@ -13,6 +13,7 @@ mod subjects;
 #[path = "../../../tests/engine_common/fields.rs"]
 mod fields;
 
+use std::fmt;
 use std::process::ExitCode;
 
 use fidget::jit::JitFunction;
@@ -29,11 +30,17 @@ const BATCHES: [usize; 2] = [512, 4096];
 /// Boxes of a batch.
 const BOXES: usize = 64;
 
+/// Relative differences above this are no rounding errors.
+const KINK: f64 = 1e-3;
+
 /// Where results are compared.
 const COMPARED: usize = 4096;
 
 /// fidget's two ways to evaluate, of which the better counts.
 const PEERS: [&str; 2] = ["JIT", "VM"];
+
+/// The same without copying the input.
+const INNER: [&str; 2] = ["inner JIT", "inner VM"];
 
 fn main() -> ExitCode {
     let options = match Options::read(std::env::args().skip(1)) {
@@ -50,7 +57,10 @@ fn main() -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    println!("Imp's kernels: {:?}; {} rounds\n", options.kernels, options.rounds);
+    println!(
+        "Imp's kernels: {:?}; {} rounds\n",
+        options.kernels, options.rounds
+    );
     if options.prospero.is_none() {
         println!("prospero is left out: neither `--prospero FILE` nor PROSPERO names its file\n");
     }
@@ -64,8 +74,9 @@ fn main() -> ExitCode {
     }
     println!(
         "\nMillion points or boxes a second.\n\n\
-         | field | what | threads | Imp | fidget JIT | fidget VM | ratio | goal | |\n\
-         | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- |"
+         | field | what | threads | Imp | fidget JIT | fidget VM | ratio | goal | | inner JIT \
+         | inner VM | ratio |\n\
+         | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | --- | ---: | ---: | ---: |"
     );
     for subject in &subjects {
         for &threads in &options.threads {
@@ -86,8 +97,8 @@ fn compare(subject: &Subject, options: &Options) {
     let bounds = own::bound_results(subject, options.kernels, BOXES);
     let peer_bounds = peer::bound_results::<VmFunction>(subject, BOXES);
     println!(
-        "{}: largest difference of F {:.1e} (f32), {:.1e} (f64), to its JIT {:.1e}; of F_x {:.1e} \
-         (f32), {:.1e} (f64); of bounds {:.1e}",
+        "{}: largest difference of F {} (f32), {} (f64), to its JIT {}; of F_x {} (f32), {} \
+         (f64); of bounds {}",
         subject.name,
         difference(&own(What::Values32), &values),
         difference(&own(What::Values64), &values),
@@ -98,15 +109,43 @@ fn compare(subject: &Subject, options: &Options) {
     );
 }
 
-/// NaN where only one of two numbers is.
-fn difference(first: &[f64], second: &[f64]) -> f64 {
+/// The largest difference, relative to numbers beyond 1; NaN where only one of two numbers is.
+/// Beside it how many differ by more than [`KINK`]: at a kink of the field, where rounding or the
+/// rule for ties decides which branch is differentiated.
+fn difference(first: &[f64], second: &[f64]) -> Difference {
     assert_eq!(first.len(), second.len());
-    let pairs = first.iter().zip(second);
-    let differences = pairs
-        .filter(|(a, b)| !(a.is_nan() && b.is_nan()) && a != b)
-        .map(|(a, b)| (a - b).abs() / b.abs().max(1.0));
-    let worse = |a: f64, b: f64| if a >= b { a } else { b };
-    differences.fold(0.0, worse)
+    let mut difference = Difference {
+        largest: 0.0,
+        elsewhere: 0,
+    };
+    for (&a, &b) in first.iter().zip(second) {
+        if a == b || (a.is_nan() && b.is_nan()) {
+            continue;
+        }
+        let apart = (a - b).abs() / b.abs().max(1.0);
+        if apart > KINK {
+            difference.elsewhere += 1;
+        } else if !(apart <= difference.largest) {
+            difference.largest = apart;
+        }
+    }
+    difference
+}
+
+/// How far apart numbers are.
+struct Difference {
+    largest: f64,
+    elsewhere: usize,
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{:.1e}", self.largest)?;
+        match self.elsewhere {
+            0 => Ok(()),
+            count => write!(formatter, " (and {count} on another branch)"),
+        }
+    }
 }
 
 /// Contenders with every size of batch.
@@ -115,7 +154,9 @@ fn contenders(
     threads: usize,
     task: impl Fn(usize) -> measure::Task,
 ) -> impl Iterator<Item = Contender> {
-    BATCHES.map(|count| Contender::new(label, threads, count, || task(count))).into_iter()
+    BATCHES
+        .map(|count| Contender::new(label, threads, count, || task(count)))
+        .into_iter()
 }
 
 fn values(subject: &Subject, threads: usize, options: &Options) {
@@ -123,55 +164,89 @@ fn values(subject: &Subject, threads: usize, options: &Options) {
     let outcome = compete(
         contenders("f32", threads, own(What::Values32))
             .chain(contenders("f64", threads, own(What::Values64)))
-            .chain(contenders("JIT", threads, |count| peer::values::<JitFunction>(subject, count)))
-            .chain(contenders("VM", threads, |count| peer::values::<VmFunction>(subject, count)))
+            .chain(contenders("JIT", threads, |count| {
+                peer::shape_values::<JitFunction>(subject, count)
+            }))
+            .chain(contenders("VM", threads, |count| {
+                peer::shape_values::<VmFunction>(subject, count)
+            }))
+            .chain(contenders("inner JIT", threads, |count| {
+                peer::values::<JitFunction>(subject, count)
+            }))
+            .chain(contenders("inner VM", threads, |count| {
+                peer::values::<VmFunction>(subject, count)
+            }))
             .collect(),
         options.rounds,
     );
-    let row = Row { subject, threads, outcome: &outcome };
-    row.print("F, f32", "f32", &PEERS, subject.goal);
-    row.print("F, f64 (ratio to f32)", "f64", &["f32"], Some(0.4));
+    let row = Row::new(subject, threads, &outcome);
+    row.print("F, f32", "f32", Goal::Peer(subject.goal));
+    row.print("F, f64, to our f32", "f64", Goal::Own("f32", 0.4));
 }
 
 fn gradients(subject: &Subject, threads: usize, options: &Options) {
     let own = |what| move |count| own::evaluate(subject, options.kernels, what, count);
-    let jit = |count| peer::gradients::<JitFunction>(subject, count);
-    let vm = |count| peer::gradients::<VmFunction>(subject, count);
     let mut all: Vec<Contender> = contenders("f32", threads, own(What::Gradients32))
         .chain(contenders("f64", threads, own(What::Gradients64)))
-        .chain(contenders("JIT", threads, jit))
-        .chain(contenders("VM", threads, vm))
+        .chain(contenders("JIT", threads, |count| {
+            peer::shape_gradients::<JitFunction>(subject, count)
+        }))
+        .chain(contenders("VM", threads, |count| {
+            peer::shape_gradients::<VmFunction>(subject, count)
+        }))
+        .chain(contenders("inner JIT", threads, |count| {
+            peer::gradients::<JitFunction>(subject, count)
+        }))
+        .chain(contenders("inner VM", threads, |count| {
+            peer::gradients::<VmFunction>(subject, count)
+        }))
         .collect();
-    if !subject.q.is_empty() {
+    let parameters = subject.q.len();
+    if parameters > 0 {
         all.extend(contenders("q", threads, own(What::ParameterGradients)));
     }
     let outcome = compete(all, options.rounds);
-    let row = Row { subject, threads, outcome: &outcome };
-    row.print("F, F_x, f32", "f32", &PEERS, Some(3.0));
-    row.print("F, F_x, f64", "f64", &PEERS, None);
-    if !subject.q.is_empty() {
-        let what = format!("F, F_x, F_q ({}), f64", subject.q.len());
-        row.print(&what, "q", &[], None);
+    let row = Row::new(subject, threads, &outcome);
+    row.print("F, F_x, f32", "f32", Goal::Peer(Some(3.0)));
+    row.print("F, F_x, f64", "f64", Goal::Peer(None));
+    if parameters > 0 {
+        let what = format!("F, F_x, F_q ({parameters}), f64");
+        let goal = (parameters == 57).then_some(12.0 * threads as f64);
+        row.print(&what, "q", Goal::Speed(goal));
     }
 }
 
 fn bounds(subject: &Subject, threads: usize, options: &Options) {
-    let contender = |label, task: &dyn Fn() -> measure::Task| {
-        Contender::new(label, threads, BOXES, task)
-    };
+    let contender =
+        |label, task: &dyn Fn() -> measure::Task| Contender::new(label, threads, BOXES, task);
     let kernels = options.kernels;
     let outcome = compete(
         vec![
-            contender("together", &|| own::bounds_together(subject, kernels, BOXES)),
+            contender("together", &|| {
+                own::bounds_together(subject, kernels, BOXES)
+            }),
             contender("alone", &|| own::bounds_alone(subject, kernels, BOXES)),
-            contender("JIT", &|| peer::bounds::<JitFunction>(subject, BOXES)),
-            contender("VM", &|| peer::bounds::<VmFunction>(subject, BOXES)),
+            contender("JIT", &|| peer::shape_bounds::<JitFunction>(subject, BOXES)),
+            contender("VM", &|| peer::shape_bounds::<VmFunction>(subject, BOXES)),
+            contender("inner JIT", &|| peer::bounds::<JitFunction>(subject, BOXES)),
+            contender("inner VM", &|| peer::bounds::<VmFunction>(subject, BOXES)),
         ],
         options.rounds,
     );
-    let row = Row { subject, threads, outcome: &outcome };
-    row.print("bounds, 64 boxes", "together", &PEERS, Some(10.0));
-    row.print("bounds, one box", "alone", &PEERS, Some(1.5));
+    let row = Row::new(subject, threads, &outcome);
+    row.print("bounds, 64 boxes", "together", Goal::Peer(Some(10.0)));
+    row.print("bounds, one box", "alone", Goal::Peer(Some(1.5)));
+}
+
+/// What a speed should reach.
+#[derive(Clone, Copy)]
+enum Goal {
+    /// A ratio to the better one of fidget's.
+    Peer(Option<f64>),
+    /// A ratio to another one of ours.
+    Own(&'static str, f64),
+    /// So many million a second.
+    Speed(Option<f64>),
 }
 
 /// What the rows of one competition share.
@@ -181,28 +256,42 @@ struct Row<'a> {
     outcome: &'a Outcome,
 }
 
-impl Row<'_> {
-    /// Prints the speed of `label`, and its ratio to the best of others with the goal for it.
-    fn print(&self, what: &str, label: &str, others: &[&str], goal: Option<f64>) {
-        let rate = |label| shown(self.outcome.rate(label));
-        let ratio = self.outcome.ratio(label, others);
-        let peer = |label| {
-            if others.contains(&label) { rate(label) } else { String::new() }
+impl<'a> Row<'a> {
+    fn new(subject: &'a Subject, threads: usize, outcome: &'a Outcome) -> Row<'a> {
+        Row {
+            subject,
+            threads,
+            outcome,
+        }
+    }
+
+    /// Prints the speed of `label` beside what it is compared with.
+    fn print(&self, what: &str, label: &str, goal: Goal) {
+        let speed = self.outcome.rate(label);
+        let (ratio, goal, is_beside_peer) = match goal {
+            Goal::Peer(goal) => (self.outcome.ratio(label, &PEERS), goal, true),
+            Goal::Own(other, goal) => (self.outcome.ratio(label, &[other]), Some(goal), false),
+            Goal::Speed(goal) => (speed, goal, false),
         };
         let verdict = match (ratio, goal) {
             (Some(ratio), Some(goal)) if ratio < goal => "short",
             (Some(_), Some(_)) => "reached",
             _ => "",
         };
-        let goal = goal.map_or(String::new(), |goal| format!("{goal}"));
+        let beside = |number: Option<f64>| shown(number.filter(|_| is_beside_peer));
+        let peer = |label| beside(self.outcome.rate(label));
         println!(
-            "| {} | {what} | {} | {} | {} | {} | {} | {goal} | {verdict} |",
+            "| {} | {what} | {} | {} | {} | {} | {} | {} | {verdict} | {} | {} | {} |",
             self.subject.name,
             self.threads,
-            rate(label),
+            shown(speed),
             peer("JIT"),
             peer("VM"),
             shown(ratio),
+            goal.map_or(String::new(), |goal| goal.to_string()),
+            peer("inner JIT"),
+            peer("inner VM"),
+            beside(self.outcome.ratio(label, &INNER)),
         );
     }
 }

@@ -62,7 +62,10 @@ impl Contender {
                 })
                 .collect();
             let times = threads.into_iter().map(|thread| thread.join());
-            times.map(Result::unwrap_or_default).max().unwrap_or_default()
+            times
+                .map(Result::unwrap_or_default)
+                .max()
+                .unwrap_or_default()
         })
     }
 
@@ -102,7 +105,8 @@ pub fn compete(mut contenders: Vec<Contender>, rounds: usize) -> Outcome {
 impl Outcome {
     /// Million results a second of the best contender of a label: the median.
     pub fn rate(&self, label: &str) -> Option<f64> {
-        self.best(&[label]).map(|contender| median(&contender.rates))
+        self.best(&[label])
+            .map(|contender| median(&contender.rates))
     }
 
     /// The median over all rounds of the ratio of the best one of a label to the best one of

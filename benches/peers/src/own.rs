@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use imp::engine::{Tier, CompiledField, Field, Kernels, Program};
+use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
 use imp::graph::Interval;
 use imp::graph::interval::Enclosure;
 
@@ -46,7 +46,11 @@ impl<T: Copy + Default> Batch<T> {
         let mut outputs: Vec<&mut [T]> = self.outputs.iter_mut().map(|o| &mut o[..]).collect();
         let (values, gradients) = outputs.split_at_mut(1);
         let (gradients, parameters) = gradients.split_at_mut(dimension);
-        work(&self.field, &points[..dimension], [values, gradients, parameters]);
+        work(
+            &self.field,
+            &points[..dimension],
+            [values, gradients, parameters],
+        );
         black_box(&mut self.outputs);
     }
 }

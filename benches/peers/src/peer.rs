@@ -1,11 +1,14 @@
 //! fidget's side: its machine code and its interpreter behind one interface.
 //!
-//! Tapes are made before the clock starts, evaluators and their memory are kept, and its inner
-//! evaluators are called, which do not copy their input.
+//! Tapes are made before the clock starts, and evaluators and their memory are kept. Its shapes'
+//! evaluators are those that its documentation shows and its renderers use; they copy their input.
+//! The function's evaluators inside of them, which do not, are measured too.
 
 use std::hint::black_box;
+use std::sync::mpsc::{Sender, channel};
 
 use fidget::eval::{BulkEvaluator, Function, MathFunction, Tape, TracingEvaluator};
+use fidget::shape::{EzShape, Shape};
 use fidget::types::{Grad, Interval};
 use fidget::var::{Var, VarMap};
 
@@ -37,6 +40,20 @@ fn ordered<T: Clone>(vars: &VarMap, columns: [T; 3]) -> Vec<T> {
     axes.map(|axis| columns[axis].clone()).collect()
 }
 
+fn shape<F: Peer>(subject: &Subject) -> Shape<F> {
+    Shape::new_raw(function(subject))
+}
+
+/// Coordinates of points with their own derivatives.
+fn seeds(count: usize) -> [Vec<Grad>; 3] {
+    let [x, y, z] = points_f32(count);
+    [
+        x.into_iter().map(|x| Grad::new(x, 1.0, 0.0, 0.0)).collect(),
+        y.into_iter().map(|y| Grad::new(y, 0.0, 1.0, 0.0)).collect(),
+        z.into_iter().map(|z| Grad::new(z, 0.0, 0.0, 1.0)).collect(),
+    ]
+}
+
 /// F at points, handed on.
 fn with_values<F: Peer>(
     subject: &Subject,
@@ -59,13 +76,7 @@ fn with_gradients<F: Peer>(
     mut each: impl FnMut(&[Grad]) + Send + 'static,
 ) -> Task {
     let tape = function::<F>(subject).grad_slice_tape(Default::default());
-    let [x, y, z] = points_f32(count);
-    let columns = [
-        x.into_iter().map(|x| Grad::new(x, 1.0, 0.0, 0.0)).collect(),
-        y.into_iter().map(|y| Grad::new(y, 0.0, 1.0, 0.0)).collect(),
-        z.into_iter().map(|z| Grad::new(z, 0.0, 0.0, 1.0)).collect(),
-    ];
-    let columns: Vec<Vec<Grad>> = ordered(tape.vars(), columns);
+    let columns = ordered(tape.vars(), seeds(count));
     let mut evaluator = F::new_grad_slice_eval();
     Box::new(move || match evaluator.eval(&tape, &columns) {
         Ok(output) => each(&output[0]),
@@ -98,6 +109,54 @@ fn with_bounds<F: Peer>(
     })
 }
 
+/// Evaluates F at points by a shape's evaluator.
+pub fn shape_values<F: Peer>(subject: &Subject, count: usize) -> Task {
+    let tape = shape::<F>(subject).ez_float_slice_tape();
+    let [x, y, z] = points_f32(count);
+    let mut evaluator = Shape::<F>::new_float_slice_eval();
+    Box::new(move || match evaluator.eval(&tape, &x, &y, &z) {
+        Ok(values) => {
+            black_box(values);
+        }
+        Err(error) => panic!("{error}"),
+    })
+}
+
+/// Evaluates F and F_x at points by a shape's evaluator.
+pub fn shape_gradients<F: Peer>(subject: &Subject, count: usize) -> Task {
+    let tape = shape::<F>(subject).ez_grad_slice_tape();
+    let [x, y, z] = seeds(count);
+    let mut evaluator = Shape::<F>::new_grad_slice_eval();
+    Box::new(move || match evaluator.eval(&tape, &x, &y, &z) {
+        Ok(gradients) => {
+            black_box(gradients);
+        }
+        Err(error) => panic!("{error}"),
+    })
+}
+
+/// Bounds F over boxes by a shape's evaluator, one at a time: there is no other way.
+pub fn shape_bounds<F: Peer>(subject: &Subject, count: usize) -> Task {
+    let tape = shape::<F>(subject).ez_interval_tape();
+    let [x, y, z] = boxes(count).map(|column| {
+        let sides = column.into_iter();
+        sides
+            .map(|(low, high)| Interval::new(low, high))
+            .collect::<Vec<Interval>>()
+    });
+    let mut evaluator = Shape::<F>::new_interval_eval();
+    Box::new(move || {
+        for index in 0..count {
+            match evaluator.eval(&tape, x[index], y[index], z[index]) {
+                Ok((bounds, _)) => {
+                    black_box(bounds);
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    })
+}
+
 /// Evaluates F at points.
 pub fn values<F: Peer>(subject: &Subject, count: usize) -> Task {
     with_values::<F>(subject, count, |values| {
@@ -119,11 +178,15 @@ pub fn bounds<F: Peer>(subject: &Subject, count: usize) -> Task {
     })
 }
 
+fn send(sender: &Sender<f64>, number: f64) {
+    if sender.send(number).is_err() {
+        unreachable!("the receiver outlives the task");
+    }
+}
+
 /// What a task hands on, once.
-fn collect<T: Send + 'static>(
-    task: impl FnOnce(std::sync::mpsc::Sender<T>) -> Task,
-) -> Vec<T> {
-    let (sender, receiver) = std::sync::mpsc::channel();
+fn collect<T: Send + 'static>(task: impl FnOnce(Sender<T>) -> Task) -> Vec<T> {
+    let (sender, receiver) = channel();
     task(sender)();
     receiver.into_iter().collect()
 }
@@ -133,7 +196,7 @@ pub fn value_results<F: Peer>(subject: &Subject, count: usize) -> Vec<f64> {
     collect(|sender| {
         with_values::<F>(subject, count, move |values| {
             let all = values.iter().map(|&value| f64::from(value));
-            all.for_each(|value| drop(sender.send(value)));
+            all.for_each(|value| send(&sender, value));
         })
     })
 }
@@ -142,8 +205,10 @@ pub fn value_results<F: Peer>(subject: &Subject, count: usize) -> Vec<f64> {
 pub fn gradient_results<F: Peer>(subject: &Subject, count: usize) -> Vec<f64> {
     collect(|sender| {
         with_gradients::<F>(subject, count, move |gradients| {
-            let all = gradients.iter().flat_map(|grad| [grad.dx, grad.dy, grad.dz]);
-            all.for_each(|part| drop(sender.send(f64::from(part))));
+            let all = gradients
+                .iter()
+                .flat_map(|grad| [grad.dx, grad.dy, grad.dz]);
+            all.for_each(|part| send(&sender, f64::from(part)));
         })
     })
 }
@@ -153,7 +218,7 @@ pub fn bound_results<F: Peer>(subject: &Subject, count: usize) -> Vec<f64> {
     collect(|sender| {
         with_bounds::<F>(subject, count, move |bounds| {
             let ends = [bounds.lower(), bounds.upper()].map(f64::from);
-            ends.into_iter().for_each(|end| drop(sender.send(end)));
+            ends.into_iter().for_each(|end| send(&sender, end));
         })
     })
 }

@@ -128,9 +128,9 @@ fn translate(example: &Example, context: &mut Context) -> Result<Node, String> {
         let node = example.graph.node(id);
         let operand = |place: usize| nodes[&node.operands()[place]];
         let translated = match node {
-            graph::Node::Constant(bits) => Ok(context.constant(f64::from_bits(bits))),
+            graph::Node::Constant(bits) => Ok(context.constant(f64::from_bits(bits) as f32)),
             graph::Node::Coordinate(axis) => Ok(context.axes()[usize::from(axis)]),
-            graph::Node::Parameter(index) => Ok(context.constant(example.q[index as usize])),
+            graph::Node::Parameter(index) => Ok(context.constant(example.q[index as usize] as f32)),
             graph::Node::Apply(op, _) => match op {
                 Op::Add => context.add(operand(0), operand(1)),
                 Op::Subtract => context.sub(operand(0), operand(1)),

@@ -187,6 +187,10 @@ const TRUTH: Bounds = Bounds {
 
 /// Takes enclosures with an infinite end for undefined, and notes what is undefined.
 #[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "several columns are read at the same lane"
+)]
 fn settle(block: &mut BoundsBlock, worst: &mut [f64; LANES]) {
     for lane in 0..LANES {
         let width = block.high[lane] - block.low[lane];

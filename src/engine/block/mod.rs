@@ -30,8 +30,12 @@ use execute::Columns;
 pub(super) use number::{LANES, Number};
 pub(super) use table::{Code, Kernel, Kind, single};
 
-/// The bytes that the registers of a group of blocks may fill.
-const CACHE: usize = 1 << 15;
+/// The bytes that the registers of a group of blocks may fill: a part of the second-level cache.
+/// The first level would be too small for what matters more in a long tape: that the jump to the
+/// next instruction, which the processor does not foresee there, is shared by many lanes. (A tape
+/// of 4,400 instructions on 128 registers is 2.3 to 2.7 times faster with eight blocks at a time
+/// than with one.)
+const CACHE: usize = 1 << 18;
 
 /// The most blocks that are computed at a time.
 const LARGEST_GROUP: usize = 8;
@@ -63,7 +67,8 @@ pub(super) fn run<T: Float>(
     if block > LARGEST_MEMORY {
         return false;
     }
-    let group = (CACHE / block.max(1)).clamp(1, LARGEST_GROUP);
+    let most = (count / LANES).clamp(1, LARGEST_GROUP);
+    let group = (CACHE / block.max(1)).clamp(1, most);
     let whole = count / LANES * LANES;
     let rest = count - whole;
     let remainder = if rest > 0 {
@@ -151,4 +156,21 @@ fn run_block<N: Number>(
         let mut many: Vec<&mut [N::Block]> = results.collect();
         run(&mut many);
     }
+}
+
+/// Runs a tape without outputs on the first block of the columns: from registers to registers.
+/// `idle` is a block to which nothing is written.
+pub(super) fn run_on_registers<N: Number>(
+    tape: &Tape,
+    kernels: Kernels,
+    points: &[&[N::Block]],
+    registers: &mut [N::Block],
+    idle: &mut N::Block,
+) {
+    let mut columns = Columns::<'_, '_, N> {
+        points,
+        scalars: &[],
+        outputs: &mut [std::slice::from_mut(idle)],
+    };
+    dispatch::run(kernels, tape, 1, registers, &mut columns);
 }

@@ -84,7 +84,10 @@ pub(in crate::engine) trait Number: Copy + 'static {
     fn with_memory(length: usize, work: impl FnOnce(&mut [Self::Block]));
 }
 
-/// Lends blocks that are kept from call to call, so that repeated calls do not allocate.
+/// The bytes of a line of the cache, and of the widest vectors.
+const LINE: usize = 64;
+
+/// Lends numbers or blocks that are kept from call to call, so that repeated calls do not allocate.
 pub(super) fn lend<B: Copy>(
     kept: &std::cell::Cell<Vec<B>>,
     length: usize,
@@ -185,18 +188,15 @@ macro_rules! floating_point {
                 Self::from_bits(first.to_bits() | second.to_bits())
             }
 
-            /// Like [`Number::smaller`]; for numbers the intersection of bits, which is 0 if
-            /// one is 0 and the other −0.
+            /// Like [`Number::smaller`], but for the sign's intersection: 0 if one operand is 0
+            /// and the other −0.
             #[inline(always)]
             fn larger(self, other: Self) -> Self {
                 let first = if self > other { self } else { other };
                 let second = if other > self { other } else { self };
                 let (one, two) = (first.to_bits(), second.to_bits());
-                Self::from_bits(if first == second {
-                    one & two
-                } else {
-                    one | two
-                })
+                let sign = (-0.0 as $float).to_bits();
+                Self::from_bits((one & two) | ((one | two) & !sign))
             }
 
             #[inline(always)]
@@ -355,11 +355,20 @@ macro_rules! floating_point {
 
             fn with_memory(length: usize, work: impl FnOnce(&mut [Self::Block])) {
                 thread_local! {
-                    static KEPT: std::cell::Cell<Vec<[$float; LANES]>> = const {
+                    static KEPT: std::cell::Cell<Vec<$float>> = const {
                         std::cell::Cell::new(Vec::new())
                     };
                 }
-                KEPT.with(|kept| lend(kept, length, [0.0; LANES], work));
+                const SPARE: usize = LINE / size_of::<$float>();
+                KEPT.with(|kept| {
+                    lend(kept, length * LANES + SPARE, 0.0, |numbers| {
+                        // Where vectors would be in two lines of the cache each, a tape takes
+                        // up to twice the time.
+                        let before = numbers.as_ptr().align_offset(LINE).min(SPARE);
+                        let aligned = &mut numbers[before..before + length * LANES];
+                        work(aligned.as_chunks_mut().0);
+                    });
+                });
             }
         }
     };

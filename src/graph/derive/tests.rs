@@ -2,11 +2,11 @@
 
 use proptest::prelude::*;
 
-use super::{forward, hessian, reverse};
+use super::{forward, hessian, reverse, tangents};
 use crate::graph::test_support::{cases, evaluate, expression, same};
 use crate::graph::{Graph, Node, NodeId, Op};
 
-/// The value and the derivatives in x, y, z at a point; forward and reverse must agree.
+/// The value and the derivatives in x, y, z at a point; all sweeps must agree.
 fn gradient(text: &str, point: &[f64]) -> (f64, Vec<f64>) {
     let mut graph = Graph::new();
     let root = expression(&mut graph, text);
@@ -15,12 +15,20 @@ fn gradient(text: &str, point: &[f64]) -> (f64, Vec<f64>) {
         .collect();
     let adjoints = reverse(&mut graph, root, &variables);
     let mut derivatives = Vec::new();
-    for (&adjoint, &variable) in adjoints.iter().zip(&variables) {
+    let (together, roots) = tangents(&graph, root, point.len());
+    let value = evaluate(&graph, root, point, &[]);
+    assert!(same(evaluate(&together, roots[0], point, &[]), value));
+    for (axis, (&adjoint, &variable)) in adjoints.iter().zip(&variables).enumerate() {
+        let of_axis = evaluate(&together, roots[axis + 1], point, &[]);
         let tangent = forward(&mut graph, &[root], variable)[0];
         let [adjoint, tangent] = [adjoint, tangent].map(|d| evaluate(&graph, d, point, &[]));
         assert!(
             adjoint == tangent || same(adjoint, tangent),
             "{text}: {adjoint} {tangent}"
+        );
+        assert!(
+            tangent == of_axis || same(tangent, of_axis),
+            "{text}: {tangent} {of_axis}"
         );
         derivatives.push(adjoint);
     }

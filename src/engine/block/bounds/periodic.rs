@@ -63,6 +63,10 @@ pub(super) fn cos<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBl
 /// A function of which are given the values at the ends, that is 1 at the phase `crest`, −1 at
 /// `trough` and monotone between.
 #[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "several columns are read at the same lane"
+)]
 fn wave<const BOXES: usize>(
     op: Op,
     out: &mut BoundsBlock<BOXES>,
@@ -104,6 +108,10 @@ fn wave<const BOXES: usize>(
 
 /// The tangent; all numbers if there is a pole inside.
 #[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "several columns are read at the same lane"
+)]
 pub(super) fn tan<const BOXES: usize>(out: &mut BoundsBlock<BOXES>, a: &BoundsBlock<BOXES>) {
     let ends = side_by_side(&a.low, &a.high);
     let mut values = [[0.0; BOXES]; 2];

@@ -134,6 +134,10 @@ fn reciprocal(p: Bounds, a: Bounds, is_even: bool) -> Bounds {
 /// a^b. Of positive numbers the power is monotone in both, so that the extremes are at corners.
 /// What has integers among its exponents (other than constants) is left to the table's rule.
 #[inline(always)]
+#[allow(
+    clippy::needless_range_loop,
+    reason = "several columns are read at the same lane"
+)]
 pub(super) fn power<const BOXES: usize>(
     out: &mut BoundsBlock<BOXES>,
     a: &BoundsBlock<BOXES>,
