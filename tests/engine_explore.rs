@@ -223,15 +223,15 @@ fn whole_size(field: &CompiledField) -> usize {
 
 #[test]
 fn pruned_values_are_those_of_the_whole_field() {
-    let pruned = compare(0..1200, false);
-    // There are 64 leaves for each of the 1200; a test that prunes nothing tests nothing.
-    assert!(pruned > 10_000, "{pruned}");
+    let pruned = compare(0..320, false);
+    // There are 64 leaves for each of the 320; a test that prunes nothing tests nothing.
+    assert!(pruned > 2_000, "{pruned}");
 }
 
 #[test]
 fn pruned_gradients_are_those_of_the_whole_field() {
-    let pruned = compare(5000..5150, true);
-    assert!(pruned > 1000, "{pruned}");
+    let pruned = compare(5000..5100, true);
+    assert!(pruned > 600, "{pruned}");
 }
 
 /// What an exploration visits.
