@@ -73,7 +73,7 @@ fn main() {
 fn used(example: &Example, tier: Tier, with_gradient: bool) -> CompiledField {
     let field = field(example, tier);
     let column = [0.5; 64];
-    field.values(&[&column; 3], &mut [0.0; 64]);
+    field.values(&[&column[..]; 3], &mut [0.0; 64]);
     assert!(field.value(DVec3::ONE).is_finite());
     if with_gradient {
         assert!(field.value_gradient(DVec3::ONE).1.is_finite());

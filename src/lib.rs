@@ -7,6 +7,10 @@
 //! files ([`mod@file`]). [`shell`] is the command line on top. `ARCHITECTURE.md` says who may use
 //! whom.
 
+// Under the name that the programs in `tests/` know, so that unit tests can share their modules.
+#[cfg(test)]
+extern crate self as imp;
+
 pub mod diagnostic;
 pub mod syntax;
 

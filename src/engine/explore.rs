@@ -4,6 +4,9 @@
 //! enclosure decides a cell it ends there; in the cells of the last level that are left it hands
 //! out the field as pruned for the surroundings. What is done with them is the [`Explorer`]'s.
 //!
+//! Enclosures that are at least `Defined` hold for what is computed in f64, too: where a number may
+//! overflow in a cell, its enclosure is `Partial`.
+//!
 //! All cells of one parent go through one interval pass, 64 at a time, with the parent's pruned
 //! tape. Tasks run in parallel, cells of a task one after the other, so that an explorer may use
 //! what it has found (as a renderer does that goes from front to back).

@@ -2,6 +2,7 @@
 //! choice between them.
 
 use super::block;
+use super::jit::vector::{self, VectorCode, Vectorised};
 use super::jit::{self, MachineCode};
 use super::lower::{self, Lowered};
 use super::tape::{self, Tape};
@@ -22,19 +23,33 @@ const QUICKLY_COMPILED: usize = 1024;
 /// compile, and then saves about 1.5 ns at each point.
 const WORTH_COMPILING: usize = 3000;
 
+/// After so many points in large batches, vectors are compiled: they are a quarter faster than
+/// blocks, or more, and a step takes some 10 µs to compile. So both grow with the kernel, and the
+/// number does not depend on it.
+const WORTH_VECTORS: usize = 1 << 18;
+
+/// The longest kernel that is compiled to vectors without being asked for, in steps: more would
+/// be an interruption.
+const LARGEST_VECTORS: usize = 1 << 14;
+
 /// One function of a program, ready to run.
 pub(super) struct Kernel {
     tier: Tier,
     lowered: Lowered,
     tape: Tape,
     machine_code: OnceLock<Option<Box<MachineCode>>>,
+    vectors: OnceLock<Option<Box<VectorCode<f64>>>>,
+    vectors_f32: OnceLock<Option<Box<VectorCode<f32>>>>,
     /// How many points came in batches that are too small for blocks.
     singles: AtomicUsize,
+    /// How many points came in larger ones.
+    bulk: AtomicUsize,
 }
 
 /// What runs a batch.
 enum Executor<'a> {
     MachineCode(&'a MachineCode),
+    Vector(&'a VectorCode<f64>),
     Block(Kernels),
     Interpreter,
 }
@@ -50,7 +65,7 @@ impl Kernel {
         let make = match tier {
             // Blocks have kernels for what processors have no instructions for.
             Tier::Block(_) => lower::list,
-            Tier::Automatic | Tier::MachineCode | Tier::Interpreter => lower::lower,
+            _ => lower::lower,
         };
         let lowered = make(graph, roots, dimension, parameters);
         Kernel {
@@ -58,7 +73,10 @@ impl Kernel {
             tape: tape::assemble(&lowered),
             lowered,
             machine_code: OnceLock::new(),
+            vectors: OnceLock::new(),
+            vectors_f32: OnceLock::new(),
             singles: AtomicUsize::new(0),
+            bulk: AtomicUsize::new(0),
         }
     }
 
@@ -66,6 +84,7 @@ impl Kernel {
     pub(super) fn tier(&self, count: usize) -> Tier {
         match self.executor(count) {
             Executor::MachineCode(_) => Tier::MachineCode,
+            Executor::Vector(_) => Tier::Vector,
             Executor::Block(kernels) => Tier::Block(kernels),
             Executor::Interpreter => Tier::Interpreter,
         }
@@ -73,30 +92,48 @@ impl Kernel {
 
     /// What runs a batch of so many points. The bits do not depend on it.
     fn executor(&self, count: usize) -> Executor<'_> {
-        let blocks = Executor::Block(self.tier.kernels());
-        match self.tier {
-            Tier::Automatic if count >= BULK || !self.is_worth_compiling(count) => blocks,
-            Tier::Automatic | Tier::MachineCode => {
-                let code = self.machine_code.get_or_init(|| {
-                    // A refusal is remembered, and said; see `jit::refusal`.
-                    jit::compile(&self.lowered).ok().map(Box::new)
-                });
-                code.as_deref().map_or(blocks, Executor::MachineCode)
+        let is_few = count < BULK;
+        let compiled = match self.tier {
+            Tier::MachineCode => self.machine_code().map(Executor::MachineCode),
+            Tier::Vector => self.vectors(&self.vectors).map(Executor::Vector),
+            Tier::Automatic if is_few && self.is_worth_compiling(count) => {
+                self.machine_code().map(Executor::MachineCode)
             }
-            Tier::Block(_) => blocks,
-            Tier::Interpreter => Executor::Interpreter,
-        }
+            Tier::Automatic if !is_few && self.are_vectors_worth_it(count) => {
+                self.vectors(&self.vectors).map(Executor::Vector)
+            }
+            Tier::Automatic | Tier::Block(_) => None,
+            Tier::Interpreter => Some(Executor::Interpreter),
+        };
+        compiled.unwrap_or(Executor::Block(self.tier.kernels()))
+    }
+
+    /// The kernel compiled for single points. A refusal is remembered, and said; see
+    /// [`jit::refusal`].
+    fn machine_code(&self) -> Option<&MachineCode> {
+        let new = || jit::compile(&self.lowered).ok().map(Box::new);
+        self.machine_code.get_or_init(new).as_deref()
+    }
+
+    /// The kernel compiled to vectors of this type, which are kept in `place`.
+    fn vectors<'a, T: Vectorised>(
+        &self,
+        place: &'a OnceLock<Option<Box<VectorCode<T>>>>,
+    ) -> Option<&'a VectorCode<T>> {
+        let new = || vector::compile(&self.lowered).ok().map(Box::new);
+        place.get_or_init(new).as_deref()
+    }
+
+    /// Whether compiling to vectors pays for large batches, of which this one has `count` points.
+    fn are_vectors_worth_it(&self, count: usize) -> bool {
+        self.lowered.steps.len() <= LARGEST_VECTORS
+            && self.bulk.fetch_add(count, Ordering::Relaxed) >= WORTH_VECTORS
     }
 
     /// Whether compiling pays for small batches, of which this one has `count` points.
     fn is_worth_compiling(&self, count: usize) -> bool {
         let is_short = self.lowered.steps.len() <= QUICKLY_COMPILED;
         is_short || self.singles.fetch_add(count, Ordering::Relaxed) >= WORTH_COMPILING
-    }
-
-    /// How many instructions a tape has, and how many numbers it keeps for each point.
-    pub(super) fn size(&self) -> (usize, usize) {
-        (self.tape.instructions.len(), self.tape.registers)
     }
 
     /// What [`Kernel::run`] needs to know of q: q itself and what depends on it alone.
@@ -111,6 +148,7 @@ impl Kernel {
         let count = self.shortest(points, outputs);
         let done = match self.executor(count) {
             Executor::MachineCode(code) => code.run(count, points, uniforms, outputs),
+            Executor::Vector(code) => code.run(count, points, uniforms, outputs),
             Executor::Block(kernels) => self.run_blocks(kernels, count, points, uniforms, outputs),
             Executor::Interpreter => false,
         };
@@ -129,6 +167,16 @@ impl Kernel {
         outputs: &mut [&mut [f32]],
     ) -> bool {
         let count = self.shortest(points, outputs);
+        let in_vectors = match self.tier {
+            Tier::Automatic => count >= BULK && self.are_vectors_worth_it(count),
+            tier => tier == Tier::Vector,
+        };
+        if in_vectors
+            && let Some(code) = self.vectors(&self.vectors_f32)
+            && code.run(count, points, uniforms, outputs)
+        {
+            return true;
+        }
         self.run_blocks(self.tier.kernels(), count, points, uniforms, outputs)
     }
 

@@ -4,12 +4,12 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
-use super::Tier;
 use super::block::{Enclosures, Kernels, Scalars};
 use super::kernel::Kernel;
-use super::lower::{copy_leaf, rebuild};
+use super::lower::{self, copy_leaf, rebuild};
 use super::prune::Trunk;
 use super::slopes::{SlopeScalars, Slopes};
+use super::{Tier, tape};
 use crate::graph::interval::{self, Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
@@ -164,8 +164,8 @@ impl Program {
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
     /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
-    /// least if there are 64 or more. What an enclosure is does not depend on the others. Sums,
-    /// products, quotients and roots are at most one unit in the last place wider on each side
+    /// least if there are 64 or more. What an enclosure is does not depend on the others; that of
+    /// a single box, which may come from machine code, can be tighter. Sums, products, quotients and roots are at most one unit in the last place wider on each side
     /// than those of [`interval::enclose`], functions two; fused operations a little more.
     pub fn enclose_batch(
         &self,
@@ -188,13 +188,52 @@ impl Program {
         q: &[f64],
         outputs: &mut [&mut [Enclosure]],
     ) {
-        if self
-            .enclosures()
-            .run(self.block_kernels(), sides, scalars, outputs)
+        if self.enclose_alone(scalars, sides, outputs)
+            || self
+                .enclosures()
+                .run(self.block_kernels(), sides, scalars, outputs)
         {
             return;
         }
         self.enclose_by_node(&self.roots, sides, q, outputs);
+    }
+
+    /// Encloses a batch of one box by machine code, where that suits.
+    fn enclose_alone(
+        &self,
+        scalars: &Scalars,
+        sides: &[&[Interval]],
+        outputs: &mut [&mut [Enclosure]],
+    ) -> bool {
+        let columns = sides.iter().take(self.dimension);
+        let shortest = columns.map(|column| column.len()).min();
+        if shortest != Some(1) || sides.len() < self.dimension {
+            return false;
+        }
+        let mut alone = [Interval::EMPTY; 3];
+        for (side, column) in alone.iter_mut().zip(sides) {
+            *side = column[0];
+        }
+        // One root, as fields have, needs no allocation.
+        let mut one = [UNKNOWN];
+        let mut several = Vec::new();
+        let found = match self.outputs() {
+            1 => &mut one[..],
+            count => {
+                several.resize(count, UNKNOWN);
+                &mut several[..]
+            }
+        };
+        let enclosures = self.enclosures();
+        if !enclosures.run_alone(self.tier, &alone[..self.dimension], scalars, found) {
+            return false;
+        }
+        for (column, &enclosure) in outputs.iter_mut().zip(&*found) {
+            if let Some(place) = column.first_mut() {
+                *place = enclosure;
+            }
+        }
+        true
     }
 
     /// Encloses roots whose tape is too large for blocks.
@@ -305,42 +344,46 @@ impl Program {
             .get_or_init(|| self.kernel(&self.graph, &self.roots))
     }
 
-    /// The kernel of the first root and its F_x: by a reverse sweep or, where that would keep very
-    /// many values for each point, by tangents.
-    ///
-    /// Both are exact but may round differently.
+    /// The kernel of the first root and its F_x.
     pub(super) fn gradients(&self) -> &Kernel {
         self.gradients.get_or_init(|| {
-            let reverse = self.derivatives(0);
-            let (instructions, registers) = reverse.size();
-            if registers <= MANY_REGISTERS {
-                return reverse;
-            }
-            let tangents = self.tangents();
-            let (others, fewer) = tangents.size();
-            if fewer <= registers / 2 && others <= instructions + instructions / 2 {
-                tangents
-            } else {
-                reverse
-            }
+            let (graph, roots) = self.gradient_roots();
+            self.kernel(&graph, &roots)
         })
     }
 
-    /// The first root and its F_x from one sweep of tangents.
-    fn tangents(&self) -> Kernel {
-        match self.roots.first() {
-            Some(&root) => {
-                let (graph, roots) = derive::tangents(&self.graph, root, self.dimension);
-                self.kernel(&graph, &roots)
-            }
-            None => self.kernel(&self.graph, &[]),
+    /// The first root and its F_x: by a reverse sweep or, where that would keep very many values
+    /// for each point, by tangents. Both are exact but may round differently, so the choice
+    /// depends on the graph alone.
+    fn gradient_roots(&self) -> (Graph, Vec<NodeId>) {
+        let reverse = self.derivative_roots(0);
+        let size = |(graph, roots): &(Graph, Vec<NodeId>)| {
+            let parameters = self.parameters.len();
+            let tape = tape::assemble(&lower::list(graph, roots, self.dimension, parameters));
+            (tape.instructions.len(), tape.registers)
+        };
+        let (instructions, registers) = size(&reverse);
+        let Some(&root) = self.roots.first() else {
+            return reverse;
+        };
+        if registers <= MANY_REGISTERS {
+            return reverse;
+        }
+        let tangents = derive::tangents(&self.graph, root, self.dimension);
+        let (others, fewer) = size(&tangents);
+        if fewer <= registers / 2 && others <= instructions + instructions / 2 {
+            tangents
+        } else {
+            reverse
         }
     }
 
     /// The kernel of the first root, its F_x and its F_q.
     pub(super) fn parameter_gradients(&self) -> &Kernel {
-        self.parameter_gradients
-            .get_or_init(|| self.derivatives(self.parameters.len()))
+        self.parameter_gradients.get_or_init(|| {
+            let (graph, roots) = self.derivative_roots(self.parameters.len());
+            self.kernel(&graph, &roots)
+        })
     }
 
     /// What runs blocks: those of its tier, or the widest.
@@ -357,25 +400,19 @@ impl Program {
 
     /// The first root and its F_x, to be pruned.
     pub(super) fn gradient_trunk(&self) -> &Trunk {
-        self.gradient_trunk.get_or_init(|| self.derivative_trunk(0))
+        self.gradient_trunk
+            .get_or_init(|| self.trunk(self.gradient_roots()))
     }
 
     /// The first root, its F_x and its F_q, to be pruned.
     pub(super) fn parameter_trunk(&self) -> &Trunk {
         self.parameter_trunk
-            .get_or_init(|| self.derivative_trunk(self.parameters.len()))
+            .get_or_init(|| self.trunk(self.derivative_roots(self.parameters.len())))
     }
 
-    /// The first root and derivatives, to be pruned.
-    fn derivative_trunk(&self, parameters: usize) -> Trunk {
-        let (graph, roots) = self.derivative_roots(parameters);
+    /// Roots, to be pruned.
+    fn trunk(&self, (graph, roots): (Graph, Vec<NodeId>)) -> Trunk {
         Trunk::new(&graph, &roots, (self.dimension, self.parameters.len()))
-    }
-
-    /// The kernel of the first root, its F_x and the first components of its F_q.
-    fn derivatives(&self, parameters: usize) -> Kernel {
-        let (graph, roots) = self.derivative_roots(parameters);
-        self.kernel(&graph, &roots)
     }
 
     /// The first root, its F_x and the first components of its F_q, from one reverse sweep.

@@ -64,6 +64,13 @@ impl SparseParameters<'_> {
         &self.places
     }
 
+    /// The number of operations for one point, fused ones counted once; 0 if it is not known.
+    pub fn size(&self) -> usize {
+        self.pruned
+            .as_ref()
+            .map_or(0, |(sequence, _)| sequence.len())
+    }
+
     /// F, F_x and the components of F_q that can matter, in the order of
     /// [`SparseParameters::places`], at points of the box: the bits of
     /// [`Field::parameter_gradients`], which gives 0 for the other parameters. As many points are

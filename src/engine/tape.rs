@@ -31,6 +31,11 @@ impl Source {
     pub(super) fn coordinate(self) -> Option<usize> {
         (self.0 & COORDINATE != 0).then_some((self.0 & !COORDINATE) as usize)
     }
+
+    /// A coordinate.
+    pub(super) fn of_coordinate(axis: u8) -> Source {
+        Source(COORDINATE | u32::from(axis))
+    }
 }
 
 /// One instruction.

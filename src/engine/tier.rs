@@ -5,11 +5,14 @@ use super::Kernels;
 /// What executes kernels. All give the same bits; they differ in what they cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tier {
-    /// For each batch what is fastest: machine code for few points, blocks for many.
+    /// For each batch what is fastest: machine code for few points, blocks for many, and vectors
+    /// where there have been very many.
     #[default]
     Automatic,
     /// Machine code made by Cranelift, point after point.
     MachineCode,
+    /// Machine code made by Cranelift, in vectors of two f64 or four f32.
+    Vector,
     /// Blocks of points, one operation after the other, by kernels for this instruction set or,
     /// where the processor lacks it, a narrower one.
     Block(Kernels),
@@ -19,9 +22,10 @@ pub enum Tier {
 
 impl Tier {
     /// Every tier with the name that it is chosen by.
-    pub const ALL: [(&'static str, Tier); 6] = [
+    pub const ALL: [(&'static str, Tier); 7] = [
         ("automatic", Tier::Automatic),
         ("machine-code", Tier::MachineCode),
+        ("vector", Tier::Vector),
         ("block-avx512", Tier::Block(Kernels::Avx512)),
         ("block-avx2", Tier::Block(Kernels::Avx2)),
         ("block-baseline", Tier::Block(Kernels::Baseline)),

@@ -116,6 +116,7 @@ pub(super) fn run(pass: &mut Pass<'_>) {
         );
         table::execute(instruction, out, &sources);
         if pass.settle {
+            doubt(instruction, &sources, &mut out[0]);
             settle(&mut out[0], &mut worst);
         }
         if records {
@@ -145,6 +146,44 @@ impl Bounds {
         };
     }
 }
+
+/// What is chosen by something undefined is unknown: its infinity may lie outside of the range
+/// that the choice was bounded by.
+#[inline(always)]
+fn doubt(instruction: &Instruction, sources: &Sources<'_, Bounds>, out: &mut BoundsBlock) {
+    let facts = instruction.code.facts();
+    let Some(choice) = facts.choice else {
+        return;
+    };
+    for (place, source) in [instruction.a, instruction.b].into_iter().enumerate() {
+        let is_condition = matches!(choice, Choice::Select);
+        if place > 0 && (is_condition || facts.arity == 1) {
+            return;
+        }
+        let operand: &BoundsBlock = match facts.scalars >> place & 1 {
+            1 => &sources.scalar(source).0.splat(),
+            _ => sources.lanes(source).block(0).0,
+        };
+        for lane in 0..LANES {
+            let is_defined = operand.regularity[lane] >= DEFINED;
+            match choice {
+                Choice::Select if !is_defined => {
+                    out.regularity[lane] = out.regularity[lane].min(PARTIAL);
+                }
+                Choice::Min | Choice::Max | Choice::Abs | Choice::Select => {}
+                _ if !is_defined => Bounds::set(out, lane, TRUTH),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// A comparison of which nothing is known.
+const TRUTH: Bounds = Bounds {
+    low: 0.0,
+    high: 1.0,
+    regularity: DEFINED,
+};
 
 /// Takes enclosures with an infinite end for undefined, and notes what is undefined.
 #[inline(always)]

@@ -2,19 +2,27 @@
 //!
 //! The steps are those of the graph itself, in which every operation keeps its own interval rule;
 //! lowered ones would enclose less tightly. Boxes are taken 64 at a time or, if there are few, one
-//! by one by [`super::single`]; the bits are the same.
+//! by one by [`super::single`]; the bits are the same. A box alone is left to machine code
+//! ([`crate::engine::jit::bounds`]) where that suits, which is faster and tighter.
 
 use super::bounds::{Bounds, BoundsBlock};
 use super::number::{LANES, Number, lend};
 use super::single::{self, Line};
 use super::{Kernels, LARGEST_MEMORY, dispatch, run_block};
+use crate::engine::Tier;
+use crate::engine::jit::bounds::{self, BoxCode, BoxNumber};
 use crate::engine::lower::{self, Lowered, Operand};
 use crate::engine::tape::{self, Tape};
 use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Interval, NodeId};
+use std::sync::OnceLock;
 
 /// So many boxes take longer one by one than as a block.
 const FEW: usize = 8;
+
+/// The longest list of steps that is compiled for single boxes without being asked for; it takes
+/// some 20 µs a step.
+const QUICKLY_COMPILED: usize = 512;
 
 /// What encloses some roots of a graph.
 pub(in crate::engine) struct Enclosures {
@@ -24,11 +32,16 @@ pub(in crate::engine) struct Enclosures {
     lines: Vec<Line>,
     /// The scalars, if there are no parameters.
     fixed: Option<Scalars>,
+    /// Machine code for one box.
+    code: OnceLock<Option<Box<BoxCode>>>,
 }
 
 /// What is the same for all boxes: the parameters, what depends on them alone, and constants.
-#[derive(Clone)]
-pub(in crate::engine) struct Scalars(Vec<Bounds>);
+pub(in crate::engine) struct Scalars {
+    bounds: Vec<Bounds>,
+    /// The same for machine code.
+    numbers: Vec<BoxNumber>,
+}
 
 impl Enclosures {
     /// For these roots, as functions of so many coordinates and parameters.
@@ -39,12 +52,14 @@ impl Enclosures {
     ) -> Enclosures {
         let lowered = lower::list(graph, roots, dimension, parameters);
         let tape = tape::assemble(&lowered);
-        let fixed = (parameters == 0).then(|| Scalars(scalars(&lowered, &[], &tape.constants)));
+        let fixed = (parameters == 0)
+            .then(|| Scalars::new(uniforms(&lowered, std::iter::empty()), &tape.constants));
         Enclosures {
             lines: single::lines(&tape),
             lowered,
             tape,
             fixed,
+            code: OnceLock::new(),
         }
     }
 
@@ -53,7 +68,29 @@ impl Enclosures {
     pub(in crate::engine) fn scalars(&self, q: &[f64], ranges: &[Enclosure]) -> Scalars {
         let numbers = q.iter().map(|&number| Enclosure::of_number(number));
         let parameters = numbers.chain(ranges.iter().copied());
-        Scalars(bounds_of(&self.lowered, parameters, &self.tape.constants))
+        Scalars::new(uniforms(&self.lowered, parameters), &self.tape.constants)
+    }
+
+    /// All outputs over one box, by machine code; false if it is not for this tier or these steps.
+    /// Which it is depends on them alone, so that the same box is always enclosed in the same way.
+    pub(in crate::engine) fn run_alone(
+        &self,
+        tier: Tier,
+        sides: &[Interval],
+        scalars: &Scalars,
+        outputs: &mut [Enclosure],
+    ) -> bool {
+        let is_meant = match tier {
+            Tier::Automatic => self.lowered.steps.len() <= QUICKLY_COMPILED,
+            tier => tier == Tier::MachineCode,
+        };
+        if !is_meant || !bounds::suits(&self.lowered) {
+            return false;
+        }
+        let new = || bounds::compile(&self.lowered).ok().map(Box::new);
+        let code = self.code.get_or_init(new);
+        code.as_ref()
+            .is_some_and(|code| code.run(sides, &scalars.numbers, outputs))
     }
 
     /// All outputs over as many boxes as the shortest column has; a missing column has none.
@@ -111,7 +148,14 @@ impl Enclosures {
                         Bounds::set(block, lane, Bounds::of_side(side));
                     }
                 }
-                run_block(&self.tape, kernels, points, &scalars.0, registers, found);
+                run_block(
+                    &self.tape,
+                    kernels,
+                    points,
+                    &scalars.bounds,
+                    registers,
+                    found,
+                );
                 for (block, column) in found.iter().zip(outputs.iter_mut()) {
                     for (lane, enclosure) in column[start..start + lanes].iter_mut().enumerate() {
                         *enclosure = Bounds::get(block, lane).into();
@@ -141,7 +185,7 @@ impl Enclosures {
                     for (coordinate, column) in coordinates.iter_mut().zip(sides) {
                         *coordinate = Bounds::of_side(column[index]);
                     }
-                    dispatch::run_single(kernels, &self.lines, &scalars.0, memory);
+                    dispatch::run_single(kernels, &self.lines, &scalars.bounds, memory);
                     let found = single::outputs(&self.tape, memory);
                     for (&bounds, column) in found.iter().zip(outputs.iter_mut()) {
                         column[index] = bounds.into();
@@ -157,19 +201,26 @@ impl Enclosures {
     }
 }
 
+impl Scalars {
+    fn new(mut uniforms: Vec<Enclosure>, constants: &[f64]) -> Scalars {
+        let numbers = uniforms.iter().map(|&uniform| uniform.into()).collect();
+        uniforms.extend(constants.iter().map(|&number| Enclosure::of_number(number)));
+        Scalars {
+            bounds: uniforms.into_iter().map(Bounds::from).collect(),
+            numbers,
+        }
+    }
+}
+
 /// The bounds of what is the same for all boxes: parameters, what depends on them alone, and
 /// constants. A missing parameter is NaN.
 pub(in crate::engine) fn scalars(lowered: &Lowered, q: &[f64], constants: &[f64]) -> Vec<Bounds> {
     let numbers = q.iter().map(|&number| Enclosure::of_number(number));
-    bounds_of(lowered, numbers, constants)
+    Scalars::new(uniforms(lowered, numbers), constants).bounds
 }
 
-/// The same with parameters that are enclosures.
-fn bounds_of(
-    lowered: &Lowered,
-    parameters: impl Iterator<Item = Enclosure>,
-    constants: &[f64],
-) -> Vec<Bounds> {
+/// Parameters and what depends on them alone.
+fn uniforms(lowered: &Lowered, parameters: impl Iterator<Item = Enclosure>) -> Vec<Enclosure> {
     let mut uniforms: Vec<Enclosure> = parameters.take(lowered.parameters).collect();
     uniforms.resize(lowered.parameters, Enclosure::of_number(f64::NAN));
     for step in &lowered.uniform_steps {
@@ -182,6 +233,5 @@ fn bounds_of(
         let rule = step.operation.operation().interval;
         uniforms.push(rule(&operands[..step.operands().len()]));
     }
-    uniforms.extend(constants.iter().map(|&number| Enclosure::of_number(number)));
-    uniforms.into_iter().map(Bounds::from).collect()
+    uniforms
 }

@@ -157,3 +157,20 @@ fn run_block<N: Number>(
         run(&mut many);
     }
 }
+
+/// Runs a tape without outputs on the first block of the columns: from registers to registers.
+/// `idle` is a block to which nothing is written.
+pub(super) fn run_on_registers<N: Number>(
+    tape: &Tape,
+    kernels: Kernels,
+    points: &[&[N::Block]],
+    registers: &mut [N::Block],
+    idle: &mut N::Block,
+) {
+    let mut columns = Columns::<'_, '_, N> {
+        points,
+        scalars: &[],
+        outputs: &mut [std::slice::from_mut(idle)],
+    };
+    dispatch::run(kernels, tape, 1, registers, &mut columns);
+}

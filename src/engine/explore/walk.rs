@@ -162,7 +162,7 @@ impl<E: Explorer> Walk<'_, E> {
                 true => batch.prepare(sequence.len()),
                 false => &mut [],
             };
-            lanes.tame = passes.run(sequence, scalars, decisions, prunes && !given.tame);
+            lanes.tame = passes.run(sequence, scalars, decisions, !given.tame);
             for lane in 0..cells.len() {
                 lanes.enclosures[lane] = passes.enclosure(lane);
             }

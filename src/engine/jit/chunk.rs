@@ -6,6 +6,7 @@
 //! needs waits in a *slot*: one number per point of the block, in memory that the caller lends.
 
 use crate::engine::lower::{Lowered, Operand};
+use rustc_hash::FxHashMap;
 use std::ops::Range;
 
 /// How long functions may be, in steps.
@@ -36,6 +37,8 @@ pub(super) struct Plan {
     /// The number of points that several chunks take at a time: the lanes of a slot. 64 or, where
     /// thousands of slots would leave the cache, 8.
     pub(super) block: usize,
+    /// The places of constants, by their bits, in the memory of code for several lanes.
+    pub(super) constants: FxHashMap<u64, u32>,
 }
 
 /// The register is used only in the chunk that computes it.
@@ -54,26 +57,37 @@ pub(super) fn plan(lowered: &Lowered, lengths: Lengths) -> Plan {
         slot: vec![NO_SLOT; count],
         slots: 0,
         block: 64,
+        constants: FxHashMap::default(),
     };
     for start in (0..count.max(1)).step_by(length) {
         plan.chunks.push(start..count.min(start + length));
     }
-    assign_slots(lowered, length, &mut plan);
+    assign_slots(lowered, &mut plan, |_| false);
     if plan.slots > 4096 {
         plan.block = 8;
     }
     plan
 }
 
-/// Gives slots to the registers that cross a cut; a slot is free again after the chunk of the
-/// last use. Outputs are stored where they are computed, so they need none.
-fn assign_slots(lowered: &Lowered, length: usize, plan: &mut Plan) {
+/// Gives slots to the registers that cross a cut and, whatever uses them, to those that are
+/// `kept`; a slot is free again after the chunk of the last use. Outputs are stored where they
+/// are computed, so they need none; but those that are kept are stored by the last chunk.
+pub(super) fn assign_slots(lowered: &Lowered, plan: &mut Plan, kept: impl Fn(usize) -> bool) {
     let mut last_chunk = vec![0; lowered.steps.len()];
-    for (index, step) in lowered.steps.iter().enumerate() {
-        for operand in step.operands() {
-            if let Operand::Register(register) = *operand {
-                last_chunk[register as usize] = index / length;
+    for (chunk, range) in plan.chunks.iter().enumerate() {
+        for step in &lowered.steps[range.clone()] {
+            for operand in step.operands() {
+                if let Operand::Register(register) = *operand {
+                    last_chunk[register as usize] = chunk;
+                }
             }
+        }
+    }
+    for &output in &lowered.outputs {
+        if let Operand::Register(register) = output
+            && kept(register as usize)
+        {
+            last_chunk[register as usize] = plan.chunks.len() - 1;
         }
     }
     let mut free: Vec<u32> = Vec::new();
@@ -81,13 +95,13 @@ fn assign_slots(lowered: &Lowered, length: usize, plan: &mut Plan) {
     for (chunk, range) in plan.chunks.iter().enumerate() {
         for register in range.clone() {
             let last = last_chunk[register];
-            if last > chunk {
+            if last > chunk || kept(register) {
                 let slot = free.pop().unwrap_or_else(|| {
                     plan.slots += 1;
                     (plan.slots - 1) as u32
                 });
                 plan.slot[register] = slot;
-                ending[last].push(slot);
+                ending[last.max(chunk)].push(slot);
             }
         }
         // Only now, so that no slot is written in the chunk that still reads its old value.

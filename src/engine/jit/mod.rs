@@ -16,14 +16,17 @@
 
 #![allow(unsafe_code)]
 
+pub(super) mod bounds;
 mod chunk;
 mod emit;
 mod memory;
+mod stages;
 mod translate;
+pub(super) mod vector;
 
 use super::lower::Lowered;
 use crate::graph::Op;
-use chunk::{Lengths, Plan};
+use chunk::Lengths;
 use cranelift_codegen::Context;
 use cranelift_codegen::ir::{ExtFuncData, ExternalName, Function, UserFuncName};
 use cranelift_codegen::isa::{CallConv, OwnedTargetIsa};
@@ -31,11 +34,13 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::JITBuilder;
 use cranelift_module::{FuncId, Linkage, Module, ModuleError};
+use emit::Lanes;
 use memory::FreeingModule;
 use std::convert::Infallible;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
+use translate::Source;
 
 /// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it
 /// blocks serve. Addresses below it also fit the 32 bits of a displacement.
@@ -122,18 +127,16 @@ pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
 /// Compiles a kernel in functions of these lengths.
 fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<MachineCode, Refusal> {
     let target = target().ok_or(Refusal::Processor)?;
-    let sizes = [
-        lowered.steps.len(),
-        lowered.uniforms(),
-        lowered.outputs.len(),
-    ];
-    if sizes.iter().any(|&size| size > LARGEST_KERNEL) || lowered.dimension > 3 {
-        return Err(Refusal::TooLarge);
-    }
+    check_size(lowered)?;
     let plan = chunk::plan(lowered, lengths);
     let mut owner = FreeingModule::new(builder(target.clone()));
     let module = owner.module().ok_or(Refusal::Processor)?;
-    let functions = define(module, lowered, &plan)?;
+    let source = Source {
+        lowered,
+        plan: &plan,
+        lanes: Lanes::One,
+    };
+    let functions = define(module, source, 0..plan.chunks.len())?;
     module.finalize_definitions()?;
     let chunks = functions
         .into_iter()
@@ -153,6 +156,19 @@ fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<MachineCode, Refu
         block: plan.block,
         _module: owner,
     })
+}
+
+/// Refuses kernels beyond [`LARGEST_KERNEL`] or of more than three coordinates.
+fn check_size(lowered: &Lowered) -> Result<(), Refusal> {
+    let sizes = [
+        lowered.steps.len(),
+        lowered.uniforms(),
+        lowered.outputs.len(),
+    ];
+    if sizes.iter().any(|&size| size > LARGEST_KERNEL) || lowered.dimension > 3 {
+        return Err(Refusal::TooLarge);
+    }
+    Ok(())
 }
 
 impl MachineCode {
@@ -180,8 +196,9 @@ impl MachineCode {
         for (input, column) in inputs.iter_mut().zip(points) {
             *input = column.as_ptr();
         }
-        // Single points are evaluated often enough that an allocation would show.
-        let mut few = [std::ptr::null_mut(); 4];
+        // Single points are evaluated often enough that an allocation would show: F, F_x and a
+        // Hessian are ten outputs.
+        let mut few = [std::ptr::null_mut(); 10];
         if self.outputs <= few.len() {
             for (pointer, column) in few.iter_mut().zip(outputs) {
                 *pointer = column.as_mut_ptr();
@@ -231,7 +248,12 @@ impl MachineCode {
 pub(super) fn text(name: &str, lowered: &Lowered) -> String {
     let plan = chunk::plan(lowered, chunk::LENGTHS);
     let functions = (0..plan.chunks.len()).map(|chunk| {
-        let mut function = named(lowered, &plan, chunk, CallConv::SystemV);
+        let source = Source {
+            lowered,
+            plan: &plan,
+            lanes: Lanes::One,
+        };
+        let mut function = named(source, chunk, CallConv::SystemV);
         let suffix = match chunk {
             0 => String::new(),
             _ => format!("_{chunk}"),
@@ -243,9 +265,9 @@ pub(super) fn text(name: &str, lowered: &Lowered) -> String {
 }
 
 /// One chunk, in which host functions go by their names; to be looked at, not to be linked.
-fn named(lowered: &Lowered, plan: &Plan, chunk: usize, convention: CallConv) -> Function {
+fn named(source: Source<'_>, chunk: usize, convention: CallConv) -> Function {
     let mut function = Function::new();
-    function.signature = translate::signature(convention);
+    function.signature = translate::signature(convention, source.lanes);
     let mut memory = FunctionBuilderContext::new();
     let import = &mut |function: &mut Function, op: Op| {
         let signature = function.import_signature(translate::host_signature(convention));
@@ -256,7 +278,7 @@ fn named(lowered: &Lowered, plan: &Plan, chunk: usize, convention: CallConv) -> 
             patchable: false,
         }))
     };
-    let Ok(_) = translate::translate(&mut function, &mut memory, (lowered, plan, chunk), import);
+    let Ok(_) = translate::translate(&mut function, &mut memory, source, chunk, import);
     function
 }
 
@@ -320,24 +342,25 @@ fn builder(isa: OwnedTargetIsa) -> JITBuilder {
     builder
 }
 
-/// Compiles the chunks into the module.
+/// Compiles these chunks of the plan into the module.
 fn define(
     module: &mut impl Module,
-    lowered: &Lowered,
-    plan: &Plan,
+    source: Source<'_>,
+    chunks: impl IntoIterator<Item = usize>,
 ) -> Result<Vec<FuncId>, Refusal> {
     let mut context = Context::new();
     let mut memory = FunctionBuilderContext::new();
     let config = module.target_config();
     let convention = config.default_call_conv;
-    let mut functions = Vec::with_capacity(plan.chunks.len());
-    for chunk in 0..plan.chunks.len() {
+    let mut functions = Vec::new();
+    for chunk in chunks {
         module.clear_context(&mut context);
-        context.func.signature = translate::signature(convention);
+        context.func.signature = translate::signature(convention, source.lanes);
         let builder = translate::translate(
             &mut context.func,
             &mut memory,
-            (lowered, plan, chunk),
+            source,
+            chunk,
             &mut |function, op| {
                 let signature = translate::host_signature(convention);
                 let id = module.declare_function(op.name(), Linkage::Import, &signature)?;
@@ -345,12 +368,17 @@ fn define(
             },
         )?;
         builder.finalize(config);
-        let id = module.declare_anonymous_function(&context.func.signature)?;
-        module.define_function(id, &mut context)?;
-        COMPILATIONS.fetch_add(1, Ordering::Relaxed);
-        functions.push(id);
+        functions.push(finish(module, &mut context)?);
     }
     Ok(functions)
+}
+
+/// Compiles one function into the module.
+fn finish(module: &mut impl Module, context: &mut Context) -> Result<FuncId, Refusal> {
+    let id = module.declare_anonymous_function(&context.func.signature)?;
+    module.define_function(id, context)?;
+    COMPILATIONS.fetch_add(1, Ordering::Relaxed);
+    Ok(id)
 }
 
 #[cfg(test)]

@@ -127,7 +127,12 @@ fn code_uses_no_wide_registers() {
     let lowered = everything();
     let plan = chunk::plan(&lowered, chunk::LENGTHS);
     let isa = target().unwrap();
-    let mut context = Context::for_function(named(&lowered, &plan, 0, isa.default_call_conv()));
+    let source = Source {
+        lowered: &lowered,
+        plan: &plan,
+        lanes: Lanes::One,
+    };
+    let mut context = Context::for_function(named(source, 0, isa.default_call_conv()));
     context.set_disasm(true);
     let code = context.compile(&**isa, &mut Default::default()).unwrap();
     let assembly = code.vcode.as_ref().unwrap();

@@ -9,9 +9,14 @@
 //! points `begin..end` are computed. Constants and uniforms are fetched where they are used, as
 //! memory operands: kept alive over the loop they would all be spilled around the first call.
 //! For the same reason an output is stored as soon as it is known.
+//!
+//! Code for several points at a time ([`Lanes`]) takes as many steps of the loop fewer: `begin` and
+//! `end` are multiples of the lanes. Its uniforms are vectors of equal lanes, so that they too are
+//! memory operands, and so are the constants, to which a seventh argument points. It calls nothing:
+//! what is no instruction is computed between chunks, from slots to slots.
 
 use super::chunk::{NO_SLOT, Plan};
-use super::emit::{self, Number};
+use super::emit::{self, Lanes, Number};
 use crate::engine::lower::{Lowered, Operand, Step};
 use crate::graph::Op;
 use cranelift_codegen::ir::condcodes::IntCC;
@@ -26,13 +31,17 @@ use std::ops::Range;
 /// Pointers are 64 bits wide on every machine that Cranelift serves.
 const POINTER: Type = I64;
 
-/// The bytes of a number and of a pointer.
+/// The bytes of a pointer.
 const SIZE: i32 = 8;
 
 /// The signature of a chunk, see the module's documentation.
-pub(super) fn signature(convention: CallConv) -> Signature {
+pub(super) fn signature(convention: CallConv, lanes: Lanes) -> Signature {
     let mut signature = Signature::new(convention);
-    let parameters = std::iter::repeat_n(AbiParam::new(POINTER), 6);
+    let count = match lanes {
+        Lanes::One => 6,
+        Lanes::Two | Lanes::Four => 7,
+    };
+    let parameters = std::iter::repeat_n(AbiParam::new(POINTER), count);
     signature.params.extend(parameters);
     signature
 }
@@ -46,15 +55,29 @@ pub(super) fn host_signature(convention: CallConv) -> Signature {
     signature
 }
 
+/// What code is made of: the steps, how they are cut, and for how many points at a time.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) lowered: &'a Lowered,
+    pub(super) plan: &'a Plan,
+    pub(super) lanes: Lanes,
+}
+
 /// Fills `function`, whose signature is set, with the code of one chunk of the plan. `import`
 /// declares the function of a host operation in it. The builder is returned so that the caller
 /// can finish it, which only compilation needs.
 pub(super) fn translate<'f, E>(
     function: &'f mut Function,
     memory: &'f mut FunctionBuilderContext,
-    (lowered, plan, chunk): (&Lowered, &Plan, usize),
+    source: Source<'_>,
+    chunk: usize,
     import: &mut dyn FnMut(&mut Function, Op) -> Result<FuncRef, E>,
 ) -> Result<FunctionBuilder<'f>, E> {
+    let Source {
+        lowered,
+        plan,
+        lanes,
+    } = source;
     let mut builder = FunctionBuilder::new(function, memory);
     let entry = builder.create_block();
     let body = builder.create_block();
@@ -63,7 +86,7 @@ pub(super) fn translate<'f, E>(
     let offset = builder.append_block_param(body, I64);
 
     builder.switch_to_block(entry);
-    let (begin, end, pointers) = enter(&mut builder, entry, lowered.dimension);
+    let (begin, end, pointers) = enter(&mut builder, entry, lowered.dimension, lanes);
     let some = builder.ins().icmp(IntCC::UnsignedLessThan, begin, end);
     builder.ins().brif(some, body, &[begin.into()], exit, &[]);
 
@@ -71,6 +94,7 @@ pub(super) fn translate<'f, E>(
     let mut point = Point {
         builder,
         plan,
+        lanes,
         range: plan.chunks[chunk].clone(),
         registers: Vec::with_capacity(plan.chunks[chunk].len()),
         coordinates: Vec::with_capacity(lowered.dimension),
@@ -83,7 +107,7 @@ pub(super) fn translate<'f, E>(
         point.store_plain_outputs(lowered);
     }
     let mut builder = point.builder;
-    let next = builder.ins().iadd_imm_s(offset, i64::from(SIZE));
+    let next = builder.ins().iadd_imm_s(offset, i64::from(lanes.bytes()));
     let more = builder.ins().icmp(IntCC::UnsignedLessThan, next, end);
     builder.ins().brif(more, body, &[next.into()], exit, &[]);
 
@@ -101,6 +125,8 @@ struct Pointers {
     outputs: Value,
     /// The slots' memory, moved so that the offset of a point leads to its lane.
     slots: Value,
+    /// Vectors of constants, in code for several lanes.
+    constants: Option<Value>,
 }
 
 /// The function's beginning: first and last offset in bytes, and the addresses.
@@ -108,11 +134,14 @@ fn enter(
     builder: &mut FunctionBuilder,
     entry: Block,
     dimension: usize,
+    lanes: Lanes,
 ) -> (Value, Value, Pointers) {
     let argument = |index: usize| builder.block_params(entry)[index];
     let [begin, end, inputs, uniforms, outputs, slots] = std::array::from_fn(argument);
-    let begin = builder.ins().ishl_imm_u(begin, 3);
-    let end = builder.ins().ishl_imm_u(end, 3);
+    let constants = builder.block_params(entry).get(6).copied();
+    let shift = i64::from(lanes.shift());
+    let begin = builder.ins().ishl_imm_u(begin, shift);
+    let end = builder.ins().ishl_imm_u(end, shift);
     let columns = (0..dimension as i32)
         .map(|axis| {
             builder
@@ -126,19 +155,21 @@ fn enter(
         uniforms,
         outputs,
         slots,
+        constants,
     };
     (begin, end, pointers)
 }
 
-/// Memory that nothing writes while a kernel runs.
+/// Pointers, which nothing writes while a kernel runs.
 fn constant_memory() -> MemFlagsData {
     MemFlagsData::trusted().with_readonly().with_can_move()
 }
 
-/// The code for one point, while it is written.
+/// The code for one point or several, while it is written.
 struct Point<'a, 'f> {
     builder: FunctionBuilder<'f>,
     plan: &'a Plan,
+    lanes: Lanes,
     range: Range<usize>,
     /// The numbers in the chunk's own registers, from `range.start`.
     registers: Vec<Number>,
@@ -165,7 +196,8 @@ impl Point<'_, '_> {
             let mut operands = self.operands(step);
             let number = match emit::native(step.operation) {
                 Some(instruction) => {
-                    let number = emit::emit(&mut self.builder, instruction, &mut operands);
+                    let number =
+                        emit::emit(&mut self.builder, self.lanes, instruction, &mut operands);
                     self.note_masks(step, &operands);
                     number
                 }
@@ -187,19 +219,26 @@ impl Point<'_, '_> {
             }
             if self.plan.slot[index] != NO_SLOT {
                 let (address, displacement) = self.slot(self.plan.slot[index]);
-                let flags = MemFlagsData::trusted();
                 self.builder
                     .ins()
-                    .store(flags, value, address, displacement);
+                    .store(self.lanes.memory(), value, address, displacement);
             }
         }
         Ok(())
     }
 
-    /// The outputs that are no step's result: constants, coordinates, uniforms.
+    /// The outputs that are no result of code: constants, coordinates, uniforms and, beside
+    /// vectors, results of functions.
     fn store_plain_outputs(&mut self, lowered: &Lowered) {
         for (output, &operand) in lowered.outputs.iter().enumerate() {
-            if !matches!(operand, Operand::Register(_)) {
+            let is_stored = match operand {
+                Operand::Register(register) => {
+                    let operation = lowered.steps[register as usize].operation;
+                    self.lanes == Lanes::One || emit::native(operation).is_some()
+                }
+                _ => false,
+            };
+            if !is_stored {
                 let number = self.operand(operand);
                 self.store_output(output, number.value);
             }
@@ -210,7 +249,9 @@ impl Point<'_, '_> {
     fn load_coordinates(&mut self) {
         for &column in &self.pointers.columns {
             let address = self.builder.ins().iadd(column, self.offset);
-            let value = self.builder.ins().load(F64, constant_memory(), address, 0);
+            let flags = self.lanes.memory().with_readonly().with_can_move();
+            let numbers = self.lanes.numbers();
+            let value = self.builder.ins().load(numbers, flags, address, 0);
             self.coordinates.push(value.into());
         }
     }
@@ -227,24 +268,33 @@ impl Point<'_, '_> {
 
     /// An operand; constants, uniforms and slots are fetched anew for each use.
     fn operand(&mut self, operand: Operand) -> Number {
-        let ins = self.builder.ins();
+        let (lanes, numbers) = (self.lanes, self.lanes.numbers());
+        let constant = lanes.memory().with_readonly().with_can_move();
         match operand {
-            Operand::Constant(number) => ins.f64const(number).into(),
+            Operand::Constant(number) => {
+                let place = self.plan.constants.get(&number.to_bits());
+                match (self.pointers.constants, place) {
+                    (Some(constants), Some(&place)) => {
+                        let displacement = place as i32 * lanes.bytes();
+                        let ins = self.builder.ins();
+                        ins.load(numbers, constant, constants, displacement).into()
+                    }
+                    _ => lanes.constant(&mut self.builder, number).into(),
+                }
+            }
             Operand::Uniform(index) => {
-                let displacement = index as i32 * SIZE;
+                let displacement = index as i32 * lanes.bytes();
                 let uniforms = self.pointers.uniforms;
-                ins.load(F64, constant_memory(), uniforms, displacement)
-                    .into()
+                let ins = self.builder.ins();
+                ins.load(numbers, constant, uniforms, displacement).into()
             }
             Operand::Coordinate(axis) => self.coordinates[usize::from(axis)],
             Operand::Register(register) => match self.own(register) {
                 Some(place) => self.registers[place],
                 None => {
                     let (address, displacement) = self.slot(self.plan.slot[register as usize]);
-                    let flags = MemFlagsData::trusted();
-                    self.builder
-                        .ins()
-                        .load(F64, flags, address, displacement)
+                    let ins = self.builder.ins();
+                    ins.load(numbers, lanes.memory(), address, displacement)
                         .into()
                 }
             },
@@ -274,7 +324,10 @@ impl Point<'_, '_> {
     /// The address of the point's lane of a slot, as base and displacement.
     fn slot(&mut self, slot: u32) -> (Value, i32) {
         let address = self.builder.ins().iadd(self.pointers.slots, self.offset);
-        (address, slot as i32 * self.plan.block as i32 * SIZE)
+        (
+            address,
+            slot as i32 * self.plan.block as i32 * self.lanes.size(),
+        )
     }
 
     /// Stores one output of the point. The column's address is loaded anew: with the dozens of
@@ -291,7 +344,7 @@ impl Point<'_, '_> {
         let address = self.builder.ins().iadd(column, self.offset);
         self.builder
             .ins()
-            .store(MemFlagsData::trusted(), value, address, 0);
+            .store(self.lanes.memory(), value, address, 0);
     }
 }
 
