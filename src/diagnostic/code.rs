@@ -79,6 +79,7 @@ codes! {
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
     W0804 PoorRoots "roots beyond the tolerance",
+    W0805 NothingSeen "nothing to be seen in the picture",
 }
 
 impl Code {

@@ -8,6 +8,7 @@
 //! into a list of steps, and `kernel` runs the list: by `jit` (machine code), by `block` (the
 //! steps as a `tape`, each run over many points) or by `interpret` (the reference).
 
+mod explore;
 mod field;
 mod monitor;
 
@@ -29,6 +30,7 @@ mod jit;
 
 pub use block::Kernels;
 pub use compiled::CompiledField;
+pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
 pub use field::Field;
 pub use jit::compilations;
 pub use monitor::{Monitor, Silent};

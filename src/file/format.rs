@@ -4,8 +4,8 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::{FileError, csv, obj, ply, stl, svg};
-use crate::geometry::{Curves, Mesh, Samples};
+use super::{FileError, csv, obj, ply, png, stl, svg};
+use crate::geometry::{Curves, Image, Mesh, Samples};
 
 /// Turns a value into the bytes of a file.
 pub(super) type Writer<T> = fn(&mut dyn Write, &T) -> io::Result<()>;
@@ -22,6 +22,7 @@ pub struct Format {
     pub(super) plane_curves: Option<Writer<Curves>>,
     pub(super) space_curves: Option<Writer<Curves>>,
     pub(super) samples: Option<Writer<Samples>>,
+    pub(super) image: Option<Writer<Image>>,
 }
 
 /// All formats.
@@ -34,6 +35,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(obj::write_curves),
         space_curves: Some(obj::write_curves),
         samples: Some(obj::write_samples),
+        image: None,
     },
     Format {
         name: "STL",
@@ -44,6 +46,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: None,
         space_curves: None,
         samples: None,
+        image: None,
     },
     Format {
         name: "PLY",
@@ -54,6 +57,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: None,
         space_curves: None,
         samples: Some(ply::write_samples),
+        image: None,
     },
     Format {
         name: "CSV",
@@ -64,6 +68,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(csv::write_curves),
         space_curves: Some(csv::write_curves),
         samples: Some(csv::write_samples),
+        image: None,
     },
     Format {
         name: "SVG",
@@ -73,6 +78,18 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(svg::write_curves),
         space_curves: None,
         samples: None,
+        image: None,
+    },
+    Format {
+        name: "PNG",
+        extensions: &["png"],
+        documentation: "A picture in sRGB with eight bits a channel, with opacity where it is \
+                        needed; lossless.",
+        mesh: None,
+        plane_curves: None,
+        space_curves: None,
+        samples: None,
+        image: Some(png::write_image),
     },
 ];
 
@@ -99,6 +116,7 @@ impl Format {
             (self.plane_curves.is_some(), "plane curves"),
             (self.space_curves.is_some(), "curves in space"),
             (self.samples.is_some(), "samples"),
+            (self.image.is_some(), "pictures"),
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);
         held.map(|(_, kind)| kind).collect()

@@ -1,6 +1,6 @@
 //! Files: one format a file, all written whole or not at all.
 //!
-//! The last step of the way: meshes, curves and samples leave the program here. The extension of
+//! The last step of the way: meshes, curves, samples and pictures leave the program here. The extension of
 //! the file name chooses the format from one table, [`FORMATS`]; each format turns a value into
 //! bytes and knows nothing of paths, and `write.rs` alone touches the disk. Text formats print
 //! every number with the fewest digits that read back as the same f64.
@@ -11,6 +11,7 @@ mod write;
 mod csv;
 mod obj;
 mod ply;
+mod png;
 mod stl;
 mod svg;
 
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::geometry::{Curves, Mesh, Samples};
+use crate::geometry::{Curves, Image, Mesh, Samples};
 use format::Writer;
 pub use format::{FORMATS, Format};
 pub use write::resolve;
@@ -106,6 +107,13 @@ pub fn write_samples(path: &Path, samples: &Samples) -> Result<(), FileError> {
     write_value(path, samples, "samples", |format| format.samples)
 }
 
+/// Writes a picture in the format that the extension names.
+///
+/// The file appears whole, or an error says why not and nothing has changed on the disk.
+pub fn write_image(path: &Path, image: &Image) -> Result<(), FileError> {
+    write_value(path, image, "pictures", |format| format.image)
+}
+
 /// Writes a value with the writer that the format has for values of its kind.
 fn write_value<T>(
     path: &Path,
@@ -135,7 +143,7 @@ mod tests {
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         type Write = fn(&Path) -> Result<(), FileError>;
-        let values: [(&str, Write); 4] = [
+        let values: [(&str, Write); 5] = [
             ("meshes", |path| write_mesh(path, &test_values::mesh())),
             ("plane curves", |path| {
                 write_curves(path, &test_values::plane_curves())
@@ -146,6 +154,7 @@ mod tests {
             ("samples", |path| {
                 write_samples(path, &test_values::samples())
             }),
+            ("pictures", |path| write_image(path, &test_values::image())),
         ];
         let mut written = Vec::new();
         for format in FORMATS {
@@ -165,7 +174,8 @@ mod tests {
         }
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
                         STL meshes, PLY meshes, PLY samples, \
-                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves";
+                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
+                        PNG pictures";
         assert_eq!(written.join(", "), expected);
     }
 
@@ -182,7 +192,7 @@ mod tests {
     fn messages_name_what_is_wrong_and_what_would_do() {
         let message = |result: Result<(), FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
-        let known = "known are .obj, .stl, .ply, .csv, .svg";
+        let known = "known are .obj, .stl, .ply, .csv, .svg, .png";
         assert_eq!(
             message(write_mesh(Path::new("a.xyz"), &mesh)),
             format!("no file format is called `.xyz`; {known}")
