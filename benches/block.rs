@@ -12,7 +12,7 @@ mod fields;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fields::Example;
-use imp::engine::{Backend, CompiledField, Field, Kernels, Program};
+use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
 use imp::graph::interval::Enclosure;
 use imp::graph::{Graph, Interval, NodeId, Op};
 use std::hint::black_box;
@@ -70,8 +70,8 @@ struct Subject {
 }
 
 impl Subject {
-    fn new(example: &Example, backend: Backend) -> Subject {
-        let program = Program::with_backend(&example.graph, &[example.root], 3, backend);
+    fn new(example: &Example, tier: Tier) -> Subject {
+        let program = Program::with_tier(&example.graph, &[example.root], 3, tier);
         let field = CompiledField::new(Arc::new(program), example.q.clone());
         Subject {
             points: points(),
@@ -105,9 +105,9 @@ struct Single {
 
 impl Single {
     fn new(example: &Example, kernels: Kernels) -> Single {
-        let backend = Backend::Block(kernels);
+        let tier = Tier::Block(kernels);
         Single {
-            program: Program::with_backend(&example.graph, &[example.root], 3, backend),
+            program: Program::with_tier(&example.graph, &[example.root], 3, tier),
             q: example.q.clone(),
             points: points().map(|column| column.iter().map(|&x| x as f32).collect()),
             output: vec![0.0; BATCH],
@@ -153,11 +153,11 @@ fn compare(_: &mut Criterion) {
     );
     for example in examples() {
         for (function, name) in FUNCTIONS.iter().enumerate() {
-            let backends = [Backend::Interpreter, Backend::MachineCode];
-            let backends = backends.into_iter().chain(Kernels::ALL.map(Backend::Block));
+            let tiers = [Tier::Interpreter, Tier::MachineCode];
+            let tiers = tiers.into_iter().chain(Kernels::ALL.map(Tier::Block));
             let mut work: Vec<Box<dyn FnMut()>> = Vec::new();
-            for backend in backends {
-                let mut subject = Subject::new(&example, backend);
+            for tier in tiers {
+                let mut subject = Subject::new(&example, tier);
                 work.push(Box::new(move || subject.evaluate(function)));
             }
             if function == 0 {
@@ -191,8 +191,8 @@ fn enclose(_: &mut Criterion) {
     let [x, y, z] = sides.each_ref().map(|column| &column[..]);
     for example in examples() {
         let program = |kernels| {
-            let backend = Backend::Block(kernels);
-            Program::with_backend(&example.graph, &[example.root], 3, backend)
+            let tier = Tier::Block(kernels);
+            Program::with_tier(&example.graph, &[example.root], 3, tier)
         };
         let alone = program(Kernels::widest());
         let mut work: Vec<Box<dyn FnMut()>> = vec![Box::new(|| {
@@ -224,7 +224,7 @@ fn evaluate(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(BATCH as u64));
     for example in examples() {
         for kernels in Kernels::ALL {
-            let mut subject = Subject::new(&example, Backend::Block(kernels));
+            let mut subject = Subject::new(&example, Tier::Block(kernels));
             let id = BenchmarkId::new(format!("{} f64", example.name), format!("{kernels:?}"));
             group.bench_function(id, |bencher| bencher.iter(|| subject.evaluate(0)));
             let mut single = Single::new(&example, kernels);

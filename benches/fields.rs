@@ -12,7 +12,7 @@ mod fields;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fields::Example;
-use imp::engine::{Backend, CompiledField, Field, Program};
+use imp::engine::{CompiledField, Field, Program, Tier};
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -39,8 +39,8 @@ fn examples() -> [Example; 3] {
     [fields::torus(), fields::blobs(14), fields::spheres(100)]
 }
 
-fn field(example: &Example, backend: Backend) -> CompiledField {
-    let program = Program::with_backend(&example.graph, &[example.root], 3, backend);
+fn field(example: &Example, tier: Tier) -> CompiledField {
+    let program = Program::with_tier(&example.graph, &[example.root], 3, tier);
     CompiledField::new(Arc::new(program), example.q.clone())
 }
 
@@ -114,7 +114,7 @@ fn pool(threads: usize) -> ThreadPool {
 
 /// From a graph to the first result: derivatives, lowering, machine code.
 fn compile_once(example: &Example, kernel: Kernel) {
-    let field = field(example, Backend::MachineCode);
+    let field = field(example, Tier::MachineCode);
     let first = Results::new(&field, 1).evaluate(&field, kernel, &[&[0.1], &[0.2], &[0.3]]);
     std::hint::black_box(first);
 }
@@ -140,7 +140,7 @@ fn evaluate(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("evaluate, threads: {threads}"));
         group.throughput(Throughput::Elements(points[0].len() as u64));
         for example in examples() {
-            let field = field(&example, Backend::MachineCode);
+            let field = field(&example, Tier::MachineCode);
             for (name, kernel) in KERNELS {
                 let id = BenchmarkId::new(example.name, name);
                 group.bench_function(id, |bencher| {
@@ -164,8 +164,8 @@ fn compare(_: &mut Criterion) {
     );
     for example in examples() {
         for (name, kernel) in KERNELS {
-            let compiled = field(&example, Backend::MachineCode);
-            let interpreted = field(&example, Backend::Interpreter);
+            let compiled = field(&example, Tier::MachineCode);
+            let interpreted = field(&example, Tier::Interpreter);
             let [mut compilation, mut slow, mut single, mut double] = [Duration::MAX; 4];
             for _ in 0..15 {
                 compilation = compilation.min(time(|| compile_once(&example, kernel)));

@@ -11,7 +11,7 @@ mod fields;
 mod reference;
 
 use expressions::{PARAMETERS, Random, SPECIAL, direct, expression, points};
-use imp::engine::{Backend, CompiledField, Field, Kernels, Program};
+use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
 use imp::graph::interval::{Enclosure, Regularity, enclose};
 use imp::graph::{Graph, Interval, NodeId, Op, derive};
 use reference::{Real, evaluate};
@@ -27,8 +27,8 @@ fn kernels() -> impl Iterator<Item = Kernels> {
 }
 
 fn program(graph: &Graph, roots: &[NodeId], kernels: Kernels) -> Program {
-    let program = Program::with_backend(graph, roots, 3, Backend::Block(kernels));
-    assert_eq!(program.backend(), Backend::Block(kernels));
+    let program = Program::with_tier(graph, roots, 3, Tier::Block(kernels));
+    assert_eq!(program.tier(1), Tier::Block(kernels));
     program
 }
 
@@ -261,7 +261,7 @@ fn columns_that_are_missing_or_short_count_as_empty() {
     let mut graph = Graph::new();
     let [x, y] = [0, 1].map(|axis| graph.coordinate(axis));
     let root = graph.apply(Op::Add, &[x, y]);
-    let program = Program::with_backend(&graph, &[root], 2, Backend::Block(Kernels::widest()));
+    let program = Program::with_tier(&graph, &[root], 2, Tier::Block(Kernels::widest()));
     let mut output = [7.0; 4];
     program.evaluate_batch(&[&[1.0; 4]], &[], &mut [&mut output]);
     assert_eq!(output, [7.0; 4]);

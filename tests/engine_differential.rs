@@ -1,159 +1,24 @@
-//! Machine code, interpreter and value rules against each other, to the last bit, and their
-//! derivatives against differences, on 1,000 random expressions that use every operation.
+//! Derivatives against differences, on 1,000 random expressions that use every operation.
 
 #[path = "engine_common/expressions.rs"]
 mod expressions;
 
-use expressions::{PARAMETERS, Random, SPECIAL, direct, expression, points, same};
-use imp::engine::{Backend, CompiledField, Field, Program};
-use imp::graph::{Graph, Node, NodeId, Op, derive};
+#[path = "engine_common/results.rs"]
+mod results;
+
+use expressions::{PARAMETERS, Random, direct, expression, points};
+use imp::engine::{CompiledField, Program};
+use imp::graph::{Graph, Node, NodeId, Op};
+use results::Results;
 use std::sync::Arc;
 
 const EXPRESSIONS: u64 = 1_000;
-
-/// F, F_x and F_q in columns.
-struct Results {
-    value: Vec<f64>,
-    gradient: Vec<Vec<f64>>,
-    parameter_gradient: Vec<Vec<f64>>,
-}
-
-impl Results {
-    /// From the three kernels, which must agree on what they have in common.
-    fn of(field: &CompiledField, points: &[Vec<f64>; 3]) -> Results {
-        let count = points[0].len();
-        let columns = points.each_ref().map(|column| &column[..]);
-        let zeros = |number: usize| vec![vec![0.0; count]; number];
-        let mut alone = vec![0.0; count];
-        field.values(&columns, &mut alone);
-        let (mut value, mut gradient) = (vec![0.0; count], zeros(3));
-        field.gradients(&columns, &mut value, &mut slices(&mut gradient));
-        assert_same(&alone, &value, "values alone and with F_x");
-        let mut results = Results {
-            value: vec![0.0; count],
-            gradient: zeros(3),
-            parameter_gradient: zeros(field.parameters().len()),
-        };
-        field.parameter_gradients(
-            &columns,
-            &mut results.value,
-            &mut slices(&mut results.gradient),
-            &mut slices(&mut results.parameter_gradient),
-        );
-        assert_same(&value, &results.value, "values with F_x and with F_q");
-        for (alone, together) in gradient.iter().zip(&results.gradient) {
-            assert_same(alone, together, "F_x alone and with F_q");
-        }
-        results
-    }
-
-    /// All columns.
-    fn columns(&self) -> impl Iterator<Item = &Vec<f64>> {
-        let derivatives = self.gradient.iter().chain(&self.parameter_gradient);
-        std::iter::once(&self.value).chain(derivatives)
-    }
-}
-
-fn slices(columns: &mut [Vec<f64>]) -> Vec<&mut [f64]> {
-    columns.iter_mut().map(|column| &mut column[..]).collect()
-}
-
-fn assert_same(a: &[f64], b: &[f64], what: &str) {
-    for (index, (&a, &b)) in a.iter().zip(b).enumerate() {
-        assert!(
-            same(a, b),
-            "{what} differ at point {index}: {a:e} and {b:e}"
-        );
-    }
-}
-
-/// The expression's nodes for F, F_x and F_q, as [`Results::columns`] has them.
-fn derivatives(graph: &mut Graph, root: NodeId, parameters: &[u32]) -> Vec<NodeId> {
-    let mut variables: Vec<NodeId> = (0..3).map(|axis| graph.coordinate(axis)).collect();
-    variables.extend(
-        parameters
-            .iter()
-            .map(|&index| graph.parameter(index as usize)),
-    );
-    let mut nodes = vec![root];
-    nodes.extend(derive::reverse(graph, root, &variables));
-    nodes
-}
 
 /// Runs `check` on the expressions of one quarter; the quarters run in parallel.
 fn quarter(number: u64, mut check: impl FnMut(u64)) {
     for seed in (number..EXPRESSIONS).step_by(4) {
         check(seed);
     }
-}
-
-/// Compares the tiers on one quarter and counts the numbers that were compared.
-fn compare_tiers(number: u64) -> usize {
-    let mut compared = 0;
-    quarter(number, |seed| {
-        let mut graph = Graph::new();
-        let root = expression(&mut graph, seed);
-        let machine = Arc::new(Program::new(&graph, &[root], 3));
-        let reference = Program::with_backend(&graph, &[root], 3, Backend::Interpreter);
-        let reference = Arc::new(reference);
-        assert_eq!(machine.backend(), Backend::MachineCode);
-        assert_eq!(reference.backend(), Backend::Interpreter);
-        let nodes = derivatives(&mut graph, root, machine.parameters());
-        let random = &mut Random(seed ^ 0x5eed);
-        for round in 0..3 {
-            let all: [f64; PARAMETERS] = std::array::from_fn(|_| match round {
-                0 | 1 => random.uniform(-2.0, 2.0),
-                _ => random.choose(SPECIAL),
-            });
-            let q: Vec<f64> = machine
-                .parameters()
-                .iter()
-                .map(|&p| all[p as usize])
-                .collect();
-            let points = points(random, 12, 20);
-            let compiled = Results::of(&CompiledField::new(machine.clone(), q.clone()), &points);
-            let interpreted = Results::of(&CompiledField::new(reference.clone(), q), &points);
-            for (a, b) in compiled.columns().zip(interpreted.columns()) {
-                assert_same(a, b, &format!("seed {seed}: machine code and interpreter"));
-                compared += a.len();
-            }
-            for index in 0..points[0].len() {
-                let point = points.each_ref().map(|column| column[index]);
-                let expected = direct(&graph, &nodes, point, &all);
-                for (column, expected) in compiled.columns().zip(expected) {
-                    let found = column[index];
-                    assert!(
-                        same(found, expected),
-                        "seed {seed} at {point:?}: {found:e}, by rule {expected:e}"
-                    );
-                }
-            }
-        }
-    });
-    compared
-}
-
-// Each quarter has 250 expressions, 96 points and 5.5 columns on average, less those that fold.
-const NUMBERS: usize = 100_000;
-
-#[test]
-fn tiers_agree_bit_for_bit_in_quarter_0() {
-    assert!(compare_tiers(0) > NUMBERS);
-}
-
-#[test]
-fn tiers_agree_bit_for_bit_in_quarter_1() {
-    assert!(compare_tiers(1) > NUMBERS);
-}
-
-#[test]
-fn tiers_agree_bit_for_bit_in_quarter_2() {
-    assert!(compare_tiers(2) > NUMBERS);
-}
-
-#[test]
-fn tiers_agree_bit_for_bit_in_quarter_3() {
-    assert!(compare_tiers(3) > NUMBERS);
 }
 
 #[test]

@@ -5,7 +5,7 @@ mod fields;
 
 use fields::Example;
 use glam::DVec3;
-use imp::engine::{Backend, CompiledField, Field, Program};
+use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
 use imp::graph::interval::Interval;
 use imp::graph::{Graph, NodeId, Op};
 use rayon::prelude::*;
@@ -50,7 +50,7 @@ fn close(a: f64, b: f64) -> bool {
 #[test]
 fn the_torus_has_its_closed_form_derivatives() {
     let field = compile(&fields::torus());
-    assert_eq!(field.program().backend(), Backend::MachineCode);
+    assert_eq!(field.program().tier(1), Tier::MachineCode);
     for [x, y, z] in [[1.3, 0.0, 0.1], [0.2, -0.7, 0.25], [-1.1, 0.4, -0.2]] {
         let (value, gradient, parameters) = derivatives(&field, [x, y, z]);
         let rho = (x * x + y * y).sqrt();
@@ -204,9 +204,9 @@ fn threads_share_a_field() {
 
 #[test]
 fn the_shortest_column_counts() {
-    for backend in [Backend::MachineCode, Backend::Interpreter] {
+    for tier in [Tier::MachineCode, Tier::Interpreter] {
         let example = fields::torus();
-        let program = Program::with_backend(&example.graph, &[example.root], 3, backend);
+        let program = Program::with_tier(&example.graph, &[example.root], 3, tier);
         let field = CompiledField::new(Arc::new(program), example.q);
         let (long, short) = ([1.0; 5], [1.0; 3]);
         let mut values = [7.0; 4];
@@ -230,8 +230,8 @@ fn a_program_evaluates_all_its_roots() {
     let product = graph.apply(Op::Multiply, &[x, y]);
     let scaled = graph.apply(Op::Exp, &[a]);
     let roots = [sum, product, constant, x, a, scaled, sum];
-    for backend in [Backend::MachineCode, Backend::Interpreter] {
-        let program = Program::with_backend(&graph, &roots, 2, backend);
+    for tier in [Tier::MachineCode, Tier::Interpreter] {
+        let program = Program::with_tier(&graph, &roots, 2, tier);
         let mut outputs = [0.0; 7];
         program.evaluate(&[3.0, 4.0], &[0.0], &mut outputs);
         assert_eq!(outputs, [3.0, 12.0, 2.5, 3.0, 0.0, 1.0, 3.0]);
@@ -260,14 +260,14 @@ fn long_programs_are_compiled_in_pieces_and_very_long_ones_interpreted() {
         }
         x
     };
-    for (steps, backend) in [
-        (4_000, Backend::MachineCode),
-        (100_000, Backend::Interpreter),
+    for (steps, tier) in [
+        (4_000, Tier::MachineCode),
+        (100_000, Tier::Block(Kernels::widest())),
     ] {
         let mut graph = Graph::new();
         let root = iterate(&mut graph, steps);
-        let program = Program::new(&graph, &[root], 1);
-        assert_eq!(program.backend(), backend);
+        let program = Program::with_tier(&graph, &[root], 1, Tier::MachineCode);
+        assert_eq!(program.tier(1), tier);
         let mut expected = 0.3;
         for _ in 0..steps {
             expected = 3.7 * (expected * (1.0 - expected));
@@ -301,4 +301,52 @@ fn enclosures_contain_the_values() {
     assert!(enclosure[0].high - enclosure[0].low < 20.0, "{enclosure:?}");
     program.enclose(&sides[..1], &example.q, &mut enclosure);
     assert!(enclosure[0].is_empty());
+}
+
+#[test]
+fn a_tier_is_chosen_by_the_size_of_a_batch() {
+    let example = fields::torus();
+    let program = Program::new(&example.graph, &[example.root], 3);
+    assert_eq!(program.tier(512), Tier::Block(Kernels::widest()));
+    assert_eq!(program.tier(1), Tier::MachineCode);
+    // 2,800 steps take longer to compile than a few points take in blocks.
+    let example = fields::spheres(400);
+    let program = Program::new(&example.graph, &[example.root], 3);
+    assert_eq!(program.tier(1), Tier::Block(Kernels::widest()));
+    for _ in 0..300 {
+        let mut values = [0.0; 16];
+        program.evaluate_batch(&[&[0.5; 16][..]; 3], &example.q, &mut [&mut values]);
+    }
+    assert_eq!(program.tier(1), Tier::MachineCode);
+    for (name, tier) in Tier::ALL {
+        assert_eq!(Tier::named(name), Some(tier));
+    }
+}
+
+#[test]
+fn hessians_are_those_of_the_closed_form() {
+    // x² y + exp(z)·x: F_xx = (2y, 2x, e^z; 0, 0; e^z·x).
+    let mut graph = Graph::new();
+    let [x, y, z] = [0, 1, 2].map(|axis| graph.coordinate(axis));
+    let square = graph.apply(Op::Square, &[x]);
+    let first = graph.apply(Op::Multiply, &[square, y]);
+    let exp = graph.apply(Op::Exp, &[z]);
+    let second = graph.apply(Op::Multiply, &[exp, x]);
+    let root = graph.apply(Op::Add, &[first, second]);
+    let program = Program::new(&graph, &[root], 3);
+    let field = CompiledField::new(Arc::new(program), Vec::new());
+    for count in [1, 100] {
+        let points = [0.5, -2.0, 0.0].map(|side| vec![side; count]);
+        let points = points.each_ref().map(|column| &column[..]);
+        let mut columns = vec![vec![f64::NAN; count]; 10];
+        let mut outputs: Vec<&mut [f64]> = columns.iter_mut().map(|c| &mut c[..]).collect();
+        let (values, rest) = outputs.split_at_mut(1);
+        let (gradients, hessians) = rest.split_at_mut(3);
+        field.hessians(&points, values[0], gradients, hessians);
+        // With e⁰ = 1 everything is exact.
+        let expected = [0.0, -1.0, 0.25, 0.5, -4.0, 1.0, 1.0, 0.0, 0.0, 0.5];
+        for (column, expected) in columns.iter().zip(expected) {
+            assert!(column.iter().all(|&found| found == expected));
+        }
+    }
 }

@@ -75,11 +75,13 @@ codes! {
     E0704 OutsideOutput "path outside the output directory",
     E0705 UnknownFormat "unknown file format",
     E0706 WrongFormat "format that cannot hold this value",
+    E0707 BadContent "file whose content is not understood",
     W0801 NanRegion "field is not a number in part of the box",
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
     W0804 PoorRoots "roots beyond the tolerance",
-    W0805 NothingSeen "nothing to be seen in the picture",
+    W0805 NoMachineCode "machine code that cannot be made",
+    W0806 NothingSeen "nothing to be seen in the picture",
 }
 
 impl Code {
@@ -93,7 +95,8 @@ impl Code {
             | Code::CannotWrite
             | Code::OutsideOutput
             | Code::UnknownFormat
-            | Code::WrongFormat => 3,
+            | Code::WrongFormat
+            | Code::BadContent => 3,
             Code::NoSurface => 4,
             _ => 1,
         }

@@ -18,6 +18,10 @@ pub struct CompiledField {
     values: OnceLock<Vec<f64>>,
     gradients: OnceLock<Vec<f64>>,
     parameter_gradients: OnceLock<Vec<f64>>,
+    /// The same rounded to f32.
+    values_f32: OnceLock<Vec<f32>>,
+    gradients_f32: OnceLock<Vec<f32>>,
+    hessians: OnceLock<Vec<f64>>,
 }
 
 impl CompiledField {
@@ -32,12 +36,58 @@ impl CompiledField {
             values: OnceLock::new(),
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
+            values_f32: OnceLock::new(),
+            gradients_f32: OnceLock::new(),
+            hessians: OnceLock::new(),
         }
     }
 
     /// The program, which other fields may share.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// F at a batch of points in single precision; see [`Program::evaluate_batch_f32`], whose
+    /// result this has and which this is faster than where it is called often at one q.
+    pub fn values_f32(&self, points: &[&[f32]], values: &mut [f32]) -> bool {
+        let kernel = self.program.values();
+        let uniforms = self
+            .values_f32
+            .get_or_init(|| narrow(self.uniforms(kernel, &self.values)));
+        kernel.run_f32(points, uniforms, &mut [values])
+    }
+
+    /// F and F_x at a batch of points in single precision, in the columns `values` and
+    /// `gradients` (one per axis). Like [`CompiledField::values_f32`] otherwise.
+    pub fn gradients_f32(
+        &self,
+        points: &[&[f32]],
+        values: &mut [f32],
+        gradients: &mut [&mut [f32]],
+    ) -> bool {
+        let kernel = self.program.gradients();
+        let uniforms = self
+            .gradients_f32
+            .get_or_init(|| narrow(self.uniforms(kernel, &self.gradients)));
+        with_columns(values, gradients, |outputs| {
+            kernel.run_f32(points, uniforms, outputs)
+        })
+    }
+
+    /// F, F_x and F_xx at every point; `hessians` has one slice for each entry of the upper
+    /// triangle, row by row: in R3 xx, xy, xz, yy, yz, zz.
+    pub fn hessians(
+        &self,
+        points: &[&[f64]],
+        values: &mut [f64],
+        gradients: &mut [&mut [f64]],
+        hessians: &mut [&mut [f64]],
+    ) {
+        let kernel = self.program.hessians();
+        let uniforms = self.uniforms(kernel, &self.hessians);
+        let columns = std::iter::once(values).chain(shorter(gradients));
+        let mut outputs: Vec<&mut [f64]> = columns.chain(shorter(hessians)).collect();
+        kernel.run(points, uniforms, &mut outputs);
     }
 
     /// The kernel's uniforms at the present q.
@@ -64,14 +114,9 @@ impl Field for CompiledField {
     fn gradients(&self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]) {
         let kernel = self.program.gradients();
         let uniforms = self.uniforms(kernel, &self.gradients);
-        // At most four columns, so that single points need no allocation.
-        let mut outputs: [&mut [f64]; 4] = Default::default();
-        let count = 1 + gradients.len().min(3);
-        let columns = std::iter::once(values).chain(shorter(gradients));
-        for (output, column) in outputs.iter_mut().zip(columns) {
-            *output = column;
-        }
-        kernel.run(points, uniforms, &mut outputs[..count]);
+        with_columns(values, gradients, |outputs| {
+            kernel.run(points, uniforms, outputs);
+        });
     }
 
     fn parameter_gradients(
@@ -89,7 +134,28 @@ impl Field for CompiledField {
     }
 }
 
+/// Hands F's column and those of F_x on as one list: at most four, so that single points need no
+/// allocation.
+fn with_columns<T, R>(
+    values: &mut [T],
+    gradients: &mut [&mut [T]],
+    work: impl FnOnce(&mut [&mut [T]]) -> R,
+) -> R {
+    let mut outputs: [&mut [T]; 4] = Default::default();
+    let count = 1 + gradients.len().min(3);
+    let columns = std::iter::once(values).chain(shorter(gradients));
+    for (output, column) in outputs.iter_mut().zip(columns) {
+        *output = column;
+    }
+    work(&mut outputs[..count])
+}
+
+/// The uniforms of a kernel for f32.
+fn narrow(uniforms: &[f64]) -> Vec<f32> {
+    uniforms.iter().map(|&uniform| uniform as f32).collect()
+}
+
 /// The columns, borrowed for a shorter time.
-fn shorter<'a>(columns: &'a mut [&mut [f64]]) -> impl Iterator<Item = &'a mut [f64]> {
+fn shorter<'a, T>(columns: &'a mut [&mut [T]]) -> impl Iterator<Item = &'a mut [T]> {
     columns.iter_mut().map(|column| &mut **column)
 }

@@ -1,55 +1,155 @@
-//! A stand-in for the driver over boxes until it is there: the same contract, without pruning and one
-//! box at a time.
+//! The driver: a recursive subdivision of a box, in which a field is bounded, decided and pruned.
+//!
+//! [`explore`] splits a box into tasks and each of them into cells within cells. Where the field's
+//! enclosure decides a cell it ends there; in the cells of the last level that are left it hands
+//! out the field as pruned for the surroundings. What is done with them is the [`Explorer`]'s.
+//!
+//! All cells of one parent go through one interval pass, 64 at a time, with the parent's pruned
+//! tape. Tasks run in parallel, cells of a task one after the other, so that an explorer may use
+//! what it has found (as a renderer does that goes from front to back).
 
+mod specialized;
+mod walk;
+
+use super::prune::Trunk;
 use super::{CompiledField, Field, Monitor};
-use crate::graph::Interval;
-use crate::graph::interval::{Enclosure, Regularity};
+use crate::graph::interval::Enclosure;
 use glam::DVec3;
 use rayon::prelude::*;
+pub use specialized::Specialized;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use walk::{Root, Walk, Workspace};
 
-/// A box of the subdivision.
-#[derive(Clone, Copy, Debug)]
+/// A part of the box that is explored.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// How deep.
+    /// How often the box was split: a task's cell is at level 0.
     pub level: usize,
-    /// Which one.
+    /// The cell's place among all cells of its level, per axis.
     pub index: [usize; 3],
-    /// The lower corner.
+    /// Its lower corner. Neighbours share the coordinates of their faces exactly.
     pub low: DVec3,
-    /// The upper corner.
+    /// Its upper corner.
     pub high: DVec3,
 }
 
-/// How a box is subdivided.
-#[derive(Clone, Debug)]
+/// How a box is split.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Subdivision {
-    /// The lower corner.
+    /// The lower corner of the box. Axes beyond the field's dimension do not matter.
     pub low: DVec3,
     /// The upper corner.
     pub high: DVec3,
-    /// Tasks per axis, then children per axis.
+    /// Into how many parts cells are split per axis, by levels: the box into tasks, a task into
+    /// cells, and so on. Cells of the last level are leaves. A split into 64 costs hardly more
+    /// than one into fewer; 0 counts as 1.
     pub splits: Vec<[usize; 3]>,
-    /// Which axes are gone through downward.
+    /// For each axis, whether cells are visited from the upper end to the lower one. z changes
+    /// slowest and x fastest.
     pub descending: [bool; 3],
 }
 
-/// Who explores.
+impl Subdivision {
+    /// The number of cells per axis at a level.
+    pub fn cells(&self, level: usize) -> [usize; 3] {
+        let mut cells = [1; 3];
+        for split in self.splits.iter().take(level + 1) {
+            for (cells, &split) in cells.iter_mut().zip(split) {
+                *cells *= split.max(1);
+            }
+        }
+        cells
+    }
+
+    /// The cell at a place of a level.
+    pub fn cell(&self, level: usize, index: [usize; 3]) -> Cell {
+        let cells = self.cells(level);
+        let face = |upper: usize| {
+            let face = |axis| self.face(axis, index[axis] + upper, cells[axis]);
+            DVec3::from_array(std::array::from_fn(face))
+        };
+        Cell {
+            level,
+            index,
+            low: face(0),
+            high: face(1),
+        }
+    }
+
+    /// The coordinate of a face between cells, of which the axis has so many. The same face has
+    /// the same coordinate at all levels.
+    fn face(&self, axis: usize, index: usize, cells: usize) -> f64 {
+        let (low, high) = (self.low[axis], self.high[axis]);
+        if index == 0 {
+            return low;
+        }
+        if index >= cells {
+            return high;
+        }
+        // Quotients of equal rational numbers are equal, so levels agree.
+        let part = index as f64 / cells as f64;
+        let width = high - low;
+        let face = if width.is_finite() {
+            low + width * part
+        } else {
+            low * (1.0 - part) + high * part
+        };
+        face.clamp(low.min(high), high.max(low))
+    }
+
+    /// The children of a cell at the next level, or the tasks, in the order of their visits.
+    fn children(&self, parent: Option<&Cell>) -> impl Iterator<Item = [usize; 3]> + use<> {
+        let level = parent.map_or(0, |cell| cell.level + 1);
+        let split = self.splits.get(level).copied().unwrap_or([1; 3]);
+        let split = split.map(|parts| parts.max(1));
+        let first = match parent {
+            Some(cell) => std::array::from_fn(|axis| cell.index[axis] * split[axis]),
+            None => [0; 3],
+        };
+        let descending = self.descending;
+        (0..split[0] * split[1] * split[2]).map(move |number| {
+            let places = [
+                number % split[0],
+                number / split[0] % split[1],
+                number / (split[0] * split[1]),
+            ];
+            std::array::from_fn(|axis| {
+                let place = match descending[axis] {
+                    true => split[axis] - 1 - places[axis],
+                    false => places[axis],
+                };
+                first[axis] + place
+            })
+        })
+    }
+}
+
+/// Who explores: decides what to do with cells. Methods are called by several threads at a time,
+/// those about one task by one after the other.
 pub trait Explorer: Sync {
-    /// What a task gathers.
+    /// The state of one task and its result.
     type Task: Send;
-    /// Begins a task.
+
+    /// Starts a task.
     fn begin(&self, cell: &Cell) -> Self::Task;
-    /// Whether the cell is wanted.
+
+    /// Whether the cell, and what is in it, is of interest: it is false where what was found
+    /// before hides it.
     fn wants(&self, _task: &mut Self::Task, _cell: &Cell) -> bool {
         true
     }
-    /// Whether the enclosure is enough.
+
+    /// Whether the enclosure of F on the cell says enough. By default where F has no zero: 0 is
+    /// not in its range, or F is nowhere defined.
     fn decides(&self, _cell: &Cell, enclosure: &Enclosure) -> bool {
-        !enclosure.range.contains(0.0)
+        enclosure.range.is_empty() || !enclosure.range.contains(0.0)
     }
-    /// Takes a decided cell.
+
+    /// Takes a cell that is decided.
     fn decided(&self, task: &mut Self::Task, cell: &Cell, enclosure: &Enclosure);
-    /// Takes a leaf.
+
+    /// Takes a cell of the last level that is not decided, with the field for points in it.
     fn leaf(
         &self,
         task: &mut Self::Task,
@@ -59,116 +159,91 @@ pub trait Explorer: Sync {
     );
 }
 
-/// The field in a cell.
-pub struct Specialized<'a> {
-    field: &'a CompiledField,
-}
+/// As many tasks are bounded together.
+const TASKS: usize = 1 << 12;
 
-impl Specialized<'_> {
-    /// F.
-    pub fn values(&mut self, points: &[&[f64]], values: &mut [f64]) {
-        self.field.values(points, values);
-    }
-
-    /// F in f32.
-    pub fn values_f32(&mut self, points: &[&[f32]], values: &mut [f32]) {
-        self.field
-            .program()
-            .evaluate_batch_f32(points, self.field.parameters(), &mut [values]);
-    }
-
-    /// F and F_x.
-    pub fn gradients(
-        &mut self,
-        points: &[&[f64]],
-        values: &mut [f64],
-        gradients: &mut [&mut [f64]],
-    ) {
-        self.field.gradients(points, values, gradients);
-    }
-}
-
-/// Explores the field.
+/// Explores the subdivision and returns the tasks in the order of visits; see
+/// [`Subdivision::descending`]. They do not depend on the number of threads. A cancelled
+/// exploration returns tasks that are not finished. Where a field is too large to be bounded,
+/// nothing is decided and every cell of the last level is a leaf.
 pub fn explore<E: Explorer>(
     field: &CompiledField,
     subdivision: &Subdivision,
     explorer: &E,
     monitor: &dyn Monitor,
 ) -> Vec<E::Task> {
-    let root = Cell {
-        level: 0,
-        index: [0; 3],
-        low: subdivision.low,
-        high: subdivision.high,
+    if subdivision.splits.is_empty() {
+        return Vec::new();
+    }
+    let trunk = field.program().value_trunk();
+    let walk = Walk {
+        field,
+        trunk,
+        subdivision,
+        explorer,
+        monitor,
+        can_bound: trunk.is_runnable(),
     };
-    let tasks = children(&root, subdivision.splits[0], [false; 3]);
-    tasks
-        .par_iter()
-        .map(|cell| {
+    let cells: Vec<Cell> = subdivision
+        .children(None)
+        .map(|index| subdivision.cell(0, index))
+        .collect();
+    let workspaces = Workspaces::new(field, trunk);
+    let finished = AtomicUsize::new(0);
+    let report = cells.len().div_ceil(1000);
+    let mut tasks = Vec::with_capacity(cells.len());
+    for cells_together in cells.chunks(TASKS) {
+        let roots: Vec<Root> = cells_together
+            .par_chunks(super::prune::BOXES)
+            .map(|chunk| workspaces.with(|workspace| walk.bound_tasks(workspace, chunk)))
+            .collect();
+        let each = (0..cells_together.len()).into_par_iter().map(|index| {
+            let cell = &cells_together[index];
             let mut task = explorer.begin(cell);
-            if !monitor.cancelled() {
-                visit(field, subdivision, explorer, &mut task, cell);
+            let (root, lane) = (
+                &roots[index / super::prune::BOXES],
+                index % super::prune::BOXES,
+            );
+            workspaces.with(|workspace| walk.task(workspace, &mut task, cell, (root, lane)));
+            let finished = 1 + finished.fetch_add(1, Ordering::Relaxed);
+            if finished.is_multiple_of(report) {
+                monitor.progress("exploring", finished as f64 / cells.len() as f64);
             }
             task
-        })
-        .collect()
+        });
+        tasks.par_extend(each);
+    }
+    tasks
 }
 
-fn visit<E: Explorer>(
-    field: &CompiledField,
-    subdivision: &Subdivision,
-    explorer: &E,
-    task: &mut E::Task,
-    cell: &Cell,
-) {
-    if !explorer.wants(task, cell) {
-        return;
-    }
-    let sides: Vec<[Interval; 1]> = (0..field.dimension())
-        .map(|axis| [Interval::new(cell.low[axis], cell.high[axis])])
-        .collect();
-    let sides: Vec<&[Interval]> = sides.iter().map(|side| &side[..]).collect();
-    let mut enclosure = [Enclosure {
-        range: Interval::ENTIRE,
-        regularity: Regularity::Partial,
-    }];
-    field
-        .program()
-        .enclose_batch(&sides, field.parameters(), &mut [&mut enclosure]);
-    if explorer.decides(cell, &enclosure[0]) {
-        explorer.decided(task, cell, &enclosure[0]);
-    } else if cell.level == subdivision.splits.len() {
-        explorer.leaf(task, cell, &enclosure[0], &mut Specialized { field });
-    } else {
-        let split = subdivision.splits[cell.level];
-        for child in children(cell, split, subdivision.descending) {
-            visit(field, subdivision, explorer, task, &child);
-        }
-    }
+/// The threads' workspaces, made when there are too few.
+struct Workspaces<'a> {
+    field: &'a CompiledField,
+    trunk: &'a Trunk,
+    idle: Mutex<Vec<Box<Workspace>>>,
 }
 
-fn children(cell: &Cell, split: [usize; 3], descending: [bool; 3]) -> Vec<Cell> {
-    let counts = split.map(|count| count.max(1));
-    let size = (cell.high - cell.low) / DVec3::from_array(counts.map(|count| count as f64));
-    let order = |axis: usize, place: usize| match descending[axis] {
-        true => counts[axis] - 1 - place,
-        false => place,
-    };
-    let mut children = Vec::new();
-    for z in 0..counts[2] {
-        for y in 0..counts[1] {
-            for x in 0..counts[0] {
-                let place = [order(0, x), order(1, y), order(2, z)];
-                let offset = DVec3::from_array(place.map(|place| place as f64));
-                let low = cell.low + offset * size;
-                children.push(Cell {
-                    level: cell.level + 1,
-                    index: [0, 1, 2].map(|axis| cell.index[axis] * counts[axis] + place[axis]),
-                    low,
-                    high: low + size,
-                });
-            }
+impl<'a> Workspaces<'a> {
+    fn new(field: &'a CompiledField, trunk: &'a Trunk) -> Workspaces<'a> {
+        Workspaces {
+            field,
+            trunk,
+            idle: Mutex::new(Vec::new()),
         }
     }
-    children
+
+    /// Lends a workspace to `work`.
+    fn with<T>(&self, work: impl FnOnce(&mut Workspace) -> T) -> T {
+        // A thread that panicked has not touched the list meanwhile.
+        let idle = || self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let found = idle().pop();
+        let mut workspace = found.unwrap_or_else(|| {
+            let kernels = self.field.program().block_kernels();
+            let scalars = self.trunk.scalars(self.field.parameters());
+            Box::new(Workspace::new(kernels, scalars))
+        });
+        let result = work(&mut workspace);
+        idle().push(workspace);
+        result
+    }
 }

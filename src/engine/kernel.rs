@@ -1,58 +1,97 @@
-//! One function of a program: its steps, their tape, and their machine code where there is some.
+//! One function of a program: its steps, their tape, their machine code where it pays, and the
+//! choice between them.
 
-use super::block::{self, Kernels};
+use super::block;
 use super::jit::{self, MachineCode};
 use super::lower::{self, Lowered};
 use super::tape::{self, Tape};
-use super::{Backend, interpret};
+use super::{Kernels, Tier, interpret};
 use crate::graph::{Graph, NodeId};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What computes some roots of a graph, ready to run.
+/// From so many points in a batch on, blocks are at least as fast as machine code. Block after
+/// block costs the same however few of its lanes are used; machine code costs by the point.
+const BULK: usize = 24;
+
+/// Kernels up to this length, in steps, are compiled the first time that they get few points: it
+/// takes a few milliseconds.
+const QUICKLY_COMPILED: usize = 1024;
+
+/// Longer ones when they have got so many points in small batches. A step takes some 5 µs to
+/// compile, and then saves about 1.5 ns at each point.
+const WORTH_COMPILING: usize = 3000;
+
+/// One function of a program, ready to run.
 pub(super) struct Kernel {
+    tier: Tier,
     lowered: Lowered,
     tape: Tape,
-    executor: Executor,
+    machine_code: OnceLock<Option<Box<MachineCode>>>,
+    /// How many points came in batches that are too small for blocks.
+    singles: AtomicUsize,
 }
 
-/// What executes the steps.
-enum Executor {
-    MachineCode(Box<MachineCode>),
+/// What runs a batch.
+enum Executor<'a> {
+    MachineCode(&'a MachineCode),
     Block(Kernels),
     Interpreter,
 }
 
 impl Kernel {
-    /// Lowers the roots and compiles them, if that is wanted and possible; where machine code is
-    /// refused, whatever the reason, the interpreter gives the same bits.
+    /// Lowers the roots. Nothing is compiled before it is used.
     pub(super) fn new(
         graph: &Graph,
         roots: &[NodeId],
         (dimension, parameters): (usize, usize),
-        backend: Backend,
+        tier: Tier,
     ) -> Kernel {
-        let lowered = lower::lower(graph, roots, dimension, parameters);
-        let executor = match backend {
-            Backend::MachineCode => match jit::compile(&lowered) {
-                Ok(code) => Executor::MachineCode(Box::new(code)),
-                Err(_) => Executor::Interpreter,
-            },
-            Backend::Block(kernels) => Executor::Block(kernels.or_narrower()),
-            Backend::Interpreter => Executor::Interpreter,
+        let make = match tier {
+            // Blocks have kernels for what processors have no instructions for.
+            Tier::Block(_) => lower::list,
+            Tier::Automatic | Tier::MachineCode | Tier::Interpreter => lower::lower,
         };
+        let lowered = make(graph, roots, dimension, parameters);
         Kernel {
+            tier,
             tape: tape::assemble(&lowered),
             lowered,
-            executor,
+            machine_code: OnceLock::new(),
+            singles: AtomicUsize::new(0),
         }
     }
 
-    /// What runs.
-    pub(super) fn backend(&self) -> Backend {
-        match self.executor {
-            Executor::MachineCode(_) => Backend::MachineCode,
-            Executor::Block(kernels) => Backend::Block(kernels),
-            Executor::Interpreter => Backend::Interpreter,
+    /// What runs a batch of so many points.
+    pub(super) fn tier(&self, count: usize) -> Tier {
+        match self.executor(count) {
+            Executor::MachineCode(_) => Tier::MachineCode,
+            Executor::Block(kernels) => Tier::Block(kernels),
+            Executor::Interpreter => Tier::Interpreter,
         }
+    }
+
+    /// What runs a batch of so many points. The bits do not depend on it.
+    fn executor(&self, count: usize) -> Executor<'_> {
+        let blocks = Executor::Block(self.tier.kernels());
+        match self.tier {
+            Tier::Automatic if count >= BULK || !self.is_worth_compiling(count) => blocks,
+            Tier::Automatic | Tier::MachineCode => {
+                let code = self.machine_code.get_or_init(|| {
+                    // A refusal is remembered, and said; see `jit::refusal`.
+                    jit::compile(&self.lowered).ok().map(Box::new)
+                });
+                code.as_deref().map_or(blocks, Executor::MachineCode)
+            }
+            Tier::Block(_) => blocks,
+            Tier::Interpreter => Executor::Interpreter,
+        }
+    }
+
+    /// Whether compiling pays for small batches, of which this one has `count` points.
+    fn is_worth_compiling(&self, count: usize) -> bool {
+        let is_short = self.lowered.steps.len() <= QUICKLY_COMPILED;
+        is_short || self.singles.fetch_add(count, Ordering::Relaxed) >= WORTH_COMPILING
     }
 
     /// What [`Kernel::run`] needs to know of q: q itself and what depends on it alone.
@@ -65,9 +104,9 @@ impl Kernel {
     /// All outputs at as many points as the shortest column has; a missing column has none.
     pub(super) fn run(&self, points: &[&[f64]], uniforms: &[f64], outputs: &mut [&mut [f64]]) {
         let count = self.shortest(points, outputs);
-        let done = match &self.executor {
+        let done = match self.executor(count) {
             Executor::MachineCode(code) => code.run(count, points, uniforms, outputs),
-            Executor::Block(kernels) => self.run_blocks(*kernels, count, points, uniforms, outputs),
+            Executor::Block(kernels) => self.run_blocks(kernels, count, points, uniforms, outputs),
             Executor::Interpreter => false,
         };
         if !done {
@@ -76,20 +115,16 @@ impl Kernel {
     }
 
     /// All outputs in f32 at as many points as the shortest column has; a missing column has
-    /// none. Returns false, with the outputs as they were, if the tape is too large to run.
+    /// none. `uniforms` are those of [`Kernel::uniforms`], rounded. Returns false, with the
+    /// outputs as they were, if the tape is too large to run.
     pub(super) fn run_f32(
         &self,
         points: &[&[f32]],
-        uniforms: &[f64],
+        uniforms: &[f32],
         outputs: &mut [&mut [f32]],
     ) -> bool {
-        let kernels = match self.executor {
-            Executor::Block(kernels) => kernels,
-            Executor::MachineCode(_) | Executor::Interpreter => Kernels::widest(),
-        };
-        let scalars: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
         let count = self.shortest(points, outputs);
-        self.run_blocks(kernels, count, points, &scalars, outputs)
+        self.run_blocks(self.tier.kernels(), count, points, uniforms, outputs)
     }
 
     /// The first `count` points by the tape; false if it is too large.

@@ -5,18 +5,28 @@
 //! know only the [`Field`] trait and the [`Monitor`] to which they report.
 //!
 //! The way through: `program` makes the derivatives, `lower` turns each wanted set of functions
-//! into a list of steps, and `kernel` runs the list: by `jit` (machine code), by `block` (the
-//! steps as a `tape`, each run over many points) or by `interpret` (the reference).
+//! into a list of steps, and `kernel` runs the list by the `tier` that suits: `jit` (machine code),
+//! `block` (the steps as a `tape`, each run over many points) or `interpret` (the reference).
+//! `explore` leads samplers
+//! and polygonizers through a subdivision of space, with tapes that `prune` shortens for its
+//! parts; `sparse` finds the parameters that matter in a box.
 
-mod explore;
 mod field;
 mod monitor;
 
 mod program;
 
+mod tier;
+
 mod block;
 
 mod tape;
+
+mod prune;
+
+mod explore;
+
+mod sparse;
 
 mod compiled;
 
@@ -32,6 +42,8 @@ pub use block::Kernels;
 pub use compiled::CompiledField;
 pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
 pub use field::Field;
-pub use jit::compilations;
+pub use jit::{compilations, refusal};
 pub use monitor::{Monitor, Silent};
-pub use program::{Backend, Program};
+pub use program::Program;
+pub use sparse::SparseParameters;
+pub use tier::Tier;

@@ -4,26 +4,14 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
+use super::Tier;
 use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{copy_leaf, rebuild};
+use super::prune::Trunk;
 use crate::graph::interval::{self, Enclosure, Interval};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
-
-/// What executes kernels.
-///
-/// All give the same bits, elementary functions aside.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Backend {
-    /// Machine code made by Cranelift.
-    MachineCode,
-    /// Blocks of points, one operation after the other, by kernels for this instruction set or,
-    /// where the processor lacks it, a narrower one.
-    Block(Kernels),
-    /// The reference interpreter; ten to forty times slower, on every platform.
-    Interpreter,
-}
 
 /// One or several functions of (x, q), ready to be evaluated.
 pub struct Program {
@@ -31,11 +19,15 @@ pub struct Program {
     roots: Vec<NodeId>,
     dimension: usize,
     parameters: Vec<u32>,
-    backend: Backend,
+    tier: Tier,
     values: OnceLock<Kernel>,
     gradients: OnceLock<Kernel>,
     parameter_gradients: OnceLock<Kernel>,
+    hessians: OnceLock<Kernel>,
     enclosures: OnceLock<Enclosures>,
+    value_trunk: OnceLock<Trunk>,
+    gradient_trunk: OnceLock<Trunk>,
+    parameter_trunk: OnceLock<Trunk>,
 }
 
 impl Program {
@@ -43,17 +35,12 @@ impl Program {
     /// is copied from the graph; a coordinate beyond the dimension does not exist: it is NaN.
     /// Nothing is compiled yet.
     pub fn new(graph: &Graph, roots: &[NodeId], dimension: usize) -> Program {
-        Program::with_backend(graph, roots, dimension, Backend::MachineCode)
+        Program::with_tier(graph, roots, dimension, Tier::Automatic)
     }
 
-    /// The same with a choice of what executes it. Where machine code cannot be made, the
-    /// interpreter serves also those who ask for machine code; see [`Program::backend`].
-    pub fn with_backend(
-        graph: &Graph,
-        roots: &[NodeId],
-        dimension: usize,
-        backend: Backend,
-    ) -> Program {
+    /// The same, executed by this tier alone. Where machine code cannot be made, blocks serve also
+    /// those who ask for machine code; see [`Program::tier`].
+    pub fn with_tier(graph: &Graph, roots: &[NodeId], dimension: usize, tier: Tier) -> Program {
         let dimension = dimension.min(3);
         let parameters = graph.support(roots).parameters;
         let (graph, roots) = rebuild(graph, roots, |target, node, operands| match node {
@@ -70,11 +57,15 @@ impl Program {
             roots,
             dimension,
             parameters,
-            backend,
+            tier,
             values: OnceLock::new(),
             gradients: OnceLock::new(),
             parameter_gradients: OnceLock::new(),
+            hessians: OnceLock::new(),
             enclosures: OnceLock::new(),
+            value_trunk: OnceLock::new(),
+            gradient_trunk: OnceLock::new(),
+            parameter_trunk: OnceLock::new(),
         }
     }
 
@@ -90,11 +81,11 @@ impl Program {
     ) -> Program {
         let mut graph = self.graph.clone();
         let roots = make(&mut graph, &self.roots, self.parameters.len());
-        let kernels = match self.backend {
-            Backend::Block(kernels) => kernels,
-            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
+        let tier = match self.tier {
+            Tier::Automatic | Tier::MachineCode => Tier::Block(Kernels::widest()),
+            chosen => chosen,
         };
-        Program::with_backend(&graph, &roots, dimension, Backend::Block(kernels))
+        Program::with_tier(&graph, &roots, dimension, tier)
     }
 
     /// The session-wide indices of the parameters that the roots depend on, ascending: the
@@ -118,9 +109,10 @@ impl Program {
         self.graph.reachable(&self.roots).len()
     }
 
-    /// What executes the values. Compiles them on first use.
-    pub fn backend(&self) -> Backend {
-        self.values().backend()
+    /// What executes the values of a batch of `count` points: never [`Tier::Automatic`]. Makes
+    /// the machine code if that is what would run.
+    pub fn tier(&self, count: usize) -> Tier {
+        self.values().tier(count)
     }
 
     /// All roots at one point, into the first places of `outputs`. Missing coordinates and
@@ -155,7 +147,9 @@ impl Program {
         outputs: &mut [&mut [f32]],
     ) -> bool {
         let kernel = self.values();
-        kernel.run_f32(points, &kernel.uniforms(q), outputs)
+        let uniforms = kernel.uniforms(q);
+        let uniforms: Vec<f32> = uniforms.iter().map(|&uniform| uniform as f32).collect();
+        kernel.run_f32(points, &uniforms, outputs)
     }
 
     /// Encloses all roots over the box with these sides, into the first places of `outputs`:
@@ -184,11 +178,7 @@ impl Program {
         let sizes = (self.dimension, self.parameters.len());
         let new = || Enclosures::new(&self.graph, &self.roots, sizes);
         let enclosures = self.enclosures.get_or_init(new);
-        let kernels = match self.backend {
-            Backend::Block(kernels) => kernels,
-            Backend::MachineCode | Backend::Interpreter => Kernels::widest(),
-        };
-        if !enclosures.run(kernels, sides, q, outputs) {
+        if !enclosures.run(self.block_kernels(), sides, q, outputs) {
             // Too large for blocks: widest bounds, which are always true.
             let unknown = Enclosure {
                 range: Interval::ENTIRE,
@@ -238,8 +228,43 @@ impl Program {
             .get_or_init(|| self.derivatives(self.parameters.len()))
     }
 
-    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    /// What runs blocks: those of its tier, or the widest.
+    pub(super) fn block_kernels(&self) -> Kernels {
+        self.tier.kernels()
+    }
+
+    /// The roots, to be pruned.
+    pub(super) fn value_trunk(&self) -> &Trunk {
+        let sizes = (self.dimension, self.parameters.len());
+        self.value_trunk
+            .get_or_init(|| Trunk::new(&self.graph, &self.roots, sizes))
+    }
+
+    /// The first root and its F_x, to be pruned.
+    pub(super) fn gradient_trunk(&self) -> &Trunk {
+        self.gradient_trunk.get_or_init(|| self.derivative_trunk(0))
+    }
+
+    /// The first root, its F_x and its F_q, to be pruned.
+    pub(super) fn parameter_trunk(&self) -> &Trunk {
+        self.parameter_trunk
+            .get_or_init(|| self.derivative_trunk(self.parameters.len()))
+    }
+
+    /// The first root and derivatives, to be pruned.
+    fn derivative_trunk(&self, parameters: usize) -> Trunk {
+        let (graph, roots) = self.derivative_roots(parameters);
+        Trunk::new(&graph, &roots, (self.dimension, self.parameters.len()))
+    }
+
+    /// The kernel of the first root, its F_x and the first components of its F_q.
     fn derivatives(&self, parameters: usize) -> Kernel {
+        let (graph, roots) = self.derivative_roots(parameters);
+        self.kernel(&graph, &roots)
+    }
+
+    /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
+    fn derivative_roots(&self, parameters: usize) -> (Graph, Vec<NodeId>) {
         let mut graph = self.graph.clone();
         let axes = 0..self.dimension;
         let mut variables: Vec<NodeId> = axes.map(|axis| graph.coordinate(axis)).collect();
@@ -248,12 +273,34 @@ impl Program {
         if let Some(&root) = roots.first() {
             roots.extend(derive::reverse(&mut graph, root, &variables));
         }
-        self.kernel(&graph, &roots)
+        (graph, roots)
+    }
+
+    /// The kernel of the first root, its F_x and the upper triangle of its F_xx, row by row.
+    pub(super) fn hessians(&self) -> &Kernel {
+        self.hessians.get_or_init(|| {
+            let mut graph = self.graph.clone();
+            let variables: Vec<NodeId> = (0..self.dimension)
+                .map(|axis| graph.coordinate(axis))
+                .collect();
+            let mut roots: Vec<NodeId> = self.roots.first().copied().into_iter().collect();
+            if let Some(&root) = roots.first() {
+                roots.extend(derive::reverse(&mut graph, root, &variables));
+                let matrix = derive::hessian(&mut graph, root, &variables);
+                roots.extend(
+                    matrix
+                        .iter()
+                        .enumerate()
+                        .flat_map(|(row, entries)| &entries[row..]),
+                );
+            }
+            self.kernel(&graph, &roots)
+        })
     }
 
     /// A kernel of these roots.
     fn kernel(&self, graph: &Graph, roots: &[NodeId]) -> Kernel {
         let sizes = (self.dimension, self.parameters.len());
-        Kernel::new(graph, roots, sizes, self.backend)
+        Kernel::new(graph, roots, sizes, self.tier)
     }
 }

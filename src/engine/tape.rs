@@ -7,7 +7,7 @@
 //! instruction writes to a register that it reads). A result that no other instruction needs is
 //! written to the output at once.
 
-mod fuse;
+pub(super) mod fuse;
 
 use super::block::{Code, Kind};
 use super::lower::{Lowered, Operand};
@@ -15,10 +15,10 @@ use fuse::Fused;
 use rustc_hash::FxHashMap;
 
 /// Marks an [`Instruction::out`] that is an output, not a register.
-const OUTPUT: u32 = 1 << 31;
+pub(super) const OUTPUT: u32 = 1 << 31;
 
 /// Marks a [`Source`] that is a coordinate.
-const COORDINATE: u32 = 1 << 31;
+pub(super) const COORDINATE: u32 = 1 << 31;
 
 /// Where an instruction finds an operand: a register, a coordinate or, if the instruction's code
 /// has a scalar there, a place of the list of scalars.
@@ -90,7 +90,7 @@ pub(super) fn assemble(lowered: &Lowered) -> Tape {
         values: vec![NONE; lowered.steps.len()],
         drafts: Vec::with_capacity(lowered.steps.len()),
     };
-    for (step, fused) in fuse::fuse(lowered).into_iter().enumerate() {
+    for (step, fused) in fuse::fuse(lowered, fuse::Choices::Fused).into_iter().enumerate() {
         if let Some(fused) = fused {
             assembler.values[step] = assembler.draft(&fused);
         }

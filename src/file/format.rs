@@ -1,16 +1,23 @@
 //! The table of file formats: their names, their extensions and what each can hold. Dispatch,
 //! error messages and documentation read it.
 
-use std::io::{self, Write};
+use std::io::{self, BufRead, Write};
 use std::path::Path;
 
-use super::{FileError, csv, obj, ply, png, stl, svg};
+use super::vm::{FieldRoot, ReadError};
+use super::{FileError, csv, obj, ply, png, stl, svg, vm};
 use crate::geometry::{Curves, Image, Mesh, Samples};
+use crate::graph::{Graph, NodeId};
 
 /// Turns a value into the bytes of a file.
 pub(super) type Writer<T> = fn(&mut dyn Write, &T) -> io::Result<()>;
 
-/// A file format. What it cannot hold has no writer.
+/// Makes a field of the bytes of a file: over the nodes of the three coordinates, from at most so
+/// many lines.
+type FieldReader =
+    fn(&mut dyn BufRead, &mut Graph, [NodeId; 3], u64) -> Result<FieldRoot, ReadError>;
+
+/// A file format. What it cannot hold has no writer, or for fields no reader.
 pub struct Format {
     /// The usual name.
     pub name: &'static str,
@@ -23,6 +30,7 @@ pub struct Format {
     pub(super) space_curves: Option<Writer<Curves>>,
     pub(super) samples: Option<Writer<Samples>>,
     pub(super) image: Option<Writer<Image>>,
+    pub(super) field: Option<FieldReader>,
 }
 
 /// All formats.
@@ -36,6 +44,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: Some(obj::write_curves),
         samples: Some(obj::write_samples),
         image: None,
+        field: None,
     },
     Format {
         name: "STL",
@@ -47,6 +56,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: None,
+        field: None,
     },
     Format {
         name: "PLY",
@@ -58,6 +68,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: Some(ply::write_samples),
         image: None,
+        field: None,
     },
     Format {
         name: "CSV",
@@ -69,6 +80,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: Some(csv::write_curves),
         samples: Some(csv::write_samples),
         image: None,
+        field: None,
     },
     Format {
         name: "SVG",
@@ -79,6 +91,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: None,
+        field: None,
     },
     Format {
         name: "PNG",
@@ -90,6 +103,19 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: Some(png::write_image),
+        field: None,
+    },
+    Format {
+        name: "VM",
+        extensions: &["vm"],
+        documentation: "A field as text, one operation a line, as the Prospero benchmark has it; \
+                        it is only read.",
+        mesh: None,
+        plane_curves: None,
+        space_curves: None,
+        samples: None,
+        image: None,
+        field: Some(vm::read_field),
     },
 ];
 
@@ -117,6 +143,7 @@ impl Format {
             (self.space_curves.is_some(), "curves in space"),
             (self.samples.is_some(), "samples"),
             (self.image.is_some(), "pictures"),
+            (self.field.is_some(), "fields"),
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);
         held.map(|(_, kind)| kind).collect()
@@ -129,11 +156,16 @@ impl Format {
         if self.holds().contains(&kind) {
             return Ok(());
         }
-        Err(FileError::WrongFormat {
+        Err(self.cannot_hold(kind))
+    }
+
+    /// The error for a kind of values that the format cannot hold.
+    pub(super) fn cannot_hold(&self, kind: &'static str) -> FileError {
+        FileError::WrongFormat {
             format: self.name,
             value: kind,
             suitable: list_extensions(|format| format.holds().contains(&kind)),
-        })
+        }
     }
 }
 

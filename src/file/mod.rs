@@ -1,9 +1,9 @@
 //! Files: one format a file, all written whole or not at all.
 //!
-//! The last step of the way: meshes, curves, samples and pictures leave the program here. The extension of
-//! the file name chooses the format from one table, [`FORMATS`]; each format turns a value into
-//! bytes and knows nothing of paths, and `write.rs` alone touches the disk. Text formats print
-//! every number with the fewest digits that read back as the same f64.
+//! The last step of the way: meshes, curves, samples and pictures leave the program here,
+//! and fields that other programs made come in. The extension of the file name chooses the format from one table,
+//! [`FORMATS`]; each format turns a value into bytes, or bytes into one, and knows nothing of
+//! paths. Text formats print every number with the fewest digits that read back as the same f64.
 
 mod format;
 mod write;
@@ -14,23 +14,28 @@ mod ply;
 mod png;
 mod stl;
 mod svg;
+mod vm;
 
 mod sample_columns;
 
 #[cfg(test)]
 mod test_values;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, BufReader};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::geometry::{Curves, Image, Mesh, Samples};
+use crate::graph::{Graph, NodeId};
 use format::Writer;
 pub use format::{FORMATS, Format};
+pub use vm::FieldRoot;
+use vm::ReadError;
 pub use write::resolve;
 
-/// Why a file was not written.
+/// Why a file was not written or not read.
 #[derive(Debug, Error)]
 pub enum FileError {
     /// The file system refused; nothing is left behind and an older file is untouched.
@@ -40,6 +45,32 @@ pub enum FileError {
         path: PathBuf,
         /// What the system said, or what is wrong with the path.
         source: io::Error,
+    },
+    /// The file system refused to give the content.
+    #[error("cannot read `{}`: {source}", path.display())]
+    CannotRead {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// What the system said, or what is wrong with the path.
+        source: io::Error,
+    },
+    /// The content is not what the format says.
+    #[error("`{}`, line {line}: {message}", path.display())]
+    BadContent {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// The line that is wrong, from 1.
+        line: u64,
+        /// What is wrong with it and what was expected.
+        message: String,
+    },
+    /// The content is larger than is allowed.
+    #[error("`{}` has more than {limit} lines", path.display())]
+    TooLong {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// The most lines that it may have.
+        limit: u64,
     },
     /// The extension of the file name belongs to no format.
     #[error("{}; known are {known}", describe_extension(extension))]
@@ -114,6 +145,44 @@ pub fn write_image(path: &Path, image: &Image) -> Result<(), FileError> {
     write_value(path, image, "pictures", |format| format.image)
 }
 
+/// Reads a field in the format that the extension names, and puts it into the graph over the
+/// nodes that stand for x, y and z.
+///
+/// At most `line_limit` lines are read. When this fails the graph may hold nodes of the lines
+/// before.
+pub fn read_field(
+    path: &Path,
+    graph: &mut Graph,
+    coordinates: [NodeId; 3],
+    line_limit: u64,
+) -> Result<FieldRoot, FileError> {
+    let format = Format::of_path(path)?;
+    let Some(read) = format.field else {
+        return Err(format.cannot_hold("fields"));
+    };
+    let failed = |source| FileError::CannotRead {
+        path: path.to_owned(),
+        source,
+    };
+    if path.is_dir() {
+        let message = "it is a folder";
+        return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, message)));
+    }
+    let mut input = BufReader::new(File::open(path).map_err(failed)?);
+    read(&mut input, graph, coordinates, line_limit).map_err(|error| match error {
+        ReadError::Failed(source) => failed(source),
+        ReadError::BadLine { line, message } => FileError::BadContent {
+            path: path.to_owned(),
+            line,
+            message,
+        },
+        ReadError::TooLong => FileError::TooLong {
+            path: path.to_owned(),
+            limit: line_limit,
+        },
+    })
+}
+
 /// Writes a value with the writer that the format has for values of its kind.
 fn write_value<T>(
     path: &Path,
@@ -123,7 +192,7 @@ fn write_value<T>(
 ) -> Result<(), FileError> {
     let format = Format::of_path(path)?;
     let Some(write_content) = writer(format) else {
-        return format.check_holds(kind);
+        return Err(format.cannot_hold(kind));
     };
     write::write_whole(path, |output| write_content(output, value)).map_err(|source| {
         FileError::CannotWrite {
@@ -192,7 +261,7 @@ mod tests {
     fn messages_name_what_is_wrong_and_what_would_do() {
         let message = |result: Result<(), FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
-        let known = "known are .obj, .stl, .ply, .csv, .svg, .png";
+        let known = "known are .obj, .stl, .ply, .csv, .svg, .png, .vm";
         assert_eq!(
             message(write_mesh(Path::new("a.xyz"), &mesh)),
             format!("no file format is called `.xyz`; {known}")

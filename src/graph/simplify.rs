@@ -108,8 +108,11 @@ fn divide(graph: &mut Graph, a: NodeId, b: NodeId) -> Option<NodeId> {
 }
 
 fn power(graph: &mut Graph, a: NodeId, b: NodeId) -> Option<NodeId> {
-    let exponent = graph.constant_value(b)?;
-    is_integer_power(exponent).then(|| graph.apply(Op::IntegerPower, &[a, b]))
+    match graph.constant_value(b)? {
+        0.5 => Some(graph.apply(Op::SquareRoot, &[a])),
+        exponent if is_integer_power(exponent) => Some(graph.apply(Op::IntegerPower, &[a, b])),
+        _ => None,
+    }
 }
 
 /// Keeps the promise that an integer power has a constant integer exponent, other than 1 and 2.

@@ -18,7 +18,7 @@ use super::tracer::Tracer;
 use super::value::{Outcome, Value, failure};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
-use crate::engine::Monitor;
+use crate::engine::{self, Monitor, Tier};
 use crate::graph::NodeId;
 use crate::syntax::tree::{Expression, Statement, StatementKind, Tree};
 
@@ -76,6 +76,8 @@ pub struct Session {
     pub(super) mode: Mode,
     /// Values given from outside for parameters, by name.
     pub(super) settings: IndexMap<String, Expression>,
+    /// Where relative paths of files that are read start.
+    pub(super) input_directory: PathBuf,
     /// Where files may be written; the first one is where relative paths start.
     pub(super) output_directories: Vec<PathBuf>,
     /// Whether actions are done; otherwise what they would make is unknown.
@@ -92,15 +94,18 @@ pub struct Session {
     pub(super) globals: Rc<Scope>,
     /// The file's fields, in order.
     pub(super) fields: IndexMap<Arc<str>, FieldValue>,
+    has_warned_of_refusal: bool,
 }
 
 impl Session {
-    /// A session that has read nothing yet. `output_directories` says where files may be
-    /// written; relative paths start at the first one.
+    /// A session that has read nothing yet. `input_directory` is where relative paths of files
+    /// that are read start; `output_directories` says where files may be written, and relative
+    /// paths of those start at the first one.
     pub fn new(
         host: Box<dyn Host>,
         mode: Mode,
         limits: Limits,
+        input_directory: PathBuf,
         output_directories: Vec<PathBuf>,
     ) -> Session {
         let prelude = Rc::new(Scope::default());
@@ -121,6 +126,7 @@ impl Session {
             host,
             mode,
             settings: IndexMap::new(),
+            input_directory,
             output_directories,
             acting: mode == Mode::Run,
             branch: None,
@@ -130,7 +136,13 @@ impl Session {
             postponed: Vec::new(),
             globals: Scope::inside(&prelude),
             fields: IndexMap::new(),
+            has_warned_of_refusal: false,
         }
+    }
+
+    /// Lets this tier alone evaluate the fields that are compiled from now on.
+    pub fn set_tier(&mut self, tier: Tier) {
+        self.graph.tier = tier;
     }
 
     /// Gives the parameter `name` another value than the file does. Takes effect when the file
@@ -144,6 +156,12 @@ impl Session {
     /// Names are checked first, so all misspelt ones are reported together; evaluation ends with
     /// its first error.
     pub fn run(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
+        let result = self.run_statements(tree);
+        self.warn_of_refused_machine_code();
+        result
+    }
+
+    fn run_statements(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
         self.check_settings(tree).map_err(|error| vec![*error])?;
         let errors = resolve::resolve(tree, &self.globals);
         if !errors.is_empty() {
@@ -169,9 +187,12 @@ impl Session {
             return Err(errors);
         }
         let globals = Rc::clone(&self.globals);
-        self.expression(expression, &globals)
+        let value = self
+            .expression(expression, &globals)
             .and_then(|value| self.plain(value, expression.span))
-            .map_err(|error| vec![*error])
+            .map_err(|error| vec![*error]);
+        self.warn_of_refused_machine_code();
+        value
     }
 
     /// Calls a function of the language with a value and named arguments: what a command does
@@ -198,8 +219,24 @@ impl Session {
                 span: expression.span,
             });
         }
-        self.call_function(&FunctionValue::Builtin(builtin), arguments, Span::NOWHERE)
-            .map_err(|error| vec![*error])
+        let function = FunctionValue::Builtin(builtin);
+        let value = self.call_function(&function, arguments, Span::NOWHERE);
+        self.warn_of_refused_machine_code();
+        value.map_err(|error| vec![*error])
+    }
+
+    /// Says, once, that fields are not evaluated by machine code.
+    fn warn_of_refused_machine_code(&mut self) {
+        if let Some(reason) = engine::refusal()
+            && !self.has_warned_of_refusal
+        {
+            self.has_warned_of_refusal = true;
+            let message = format!("fields are evaluated without machine code: {reason}");
+            let warning = Diagnostic::warning(Code::NoMachineCode, message);
+            self.host.warn(warning.help(
+                "the results are the same; work on single points, such as sampling, is slower",
+            ));
+        }
     }
 
     /// The fields of the file, in order.

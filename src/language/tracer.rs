@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 
-use crate::engine::Program;
+use crate::engine::{Program, Tier};
 use crate::graph::{Graph, NodeId};
 
 /// How many programs a session keeps. A script that makes ever new fields, a loop over `f + v`,
@@ -23,6 +23,8 @@ pub struct Tracer {
     graph: Graph,
     /// How many field bodies are being traced, one inside the other: 0 in a script.
     pub level: usize,
+    /// What executes the programs.
+    pub tier: Tier,
     programs: IndexMap<(Vec<NodeId>, usize), Arc<Program>>,
 }
 
@@ -37,7 +39,7 @@ impl Tracer {
         if self.programs.len() >= KEPT_PROGRAMS {
             self.programs.shift_remove_index(0);
         }
-        let program = Arc::new(Program::new(&self.graph, roots, dimension));
+        let program = Arc::new(Program::with_tier(&self.graph, roots, dimension, self.tier));
         self.programs.insert(key, Arc::clone(&program));
         program
     }

@@ -3,8 +3,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
+use crate::engine::Tier;
 use crate::language::Limits;
 
 /// Imp: a language for implicit geometry.
@@ -68,6 +70,9 @@ pub(super) struct Common {
     /// How many threads work, at most 1024; 0 is one for each core
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = value_parser!(u16).range(0..=1024))]
     pub(super) threads: u16,
+    /// What evaluates fields; for comparisons, the results are the same
+    #[arg(long, value_name = "TIER", default_value = "automatic", value_parser = tier())]
+    pub(super) tier: Tier,
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
@@ -292,6 +297,11 @@ fn setting(text: &str) -> Result<Setting, String> {
         }),
         _ => Err("it is not of the form NAME=EXPR".into()),
     }
+}
+
+fn tier() -> impl TypedValueParser<Value = Tier> {
+    PossibleValuesParser::new(Tier::ALL.map(|(name, _)| name))
+        .map(|name| Tier::named(&name).unwrap_or_default())
 }
 
 fn limit(text: &str) -> Result<Limit, String> {

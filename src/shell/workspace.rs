@@ -126,12 +126,14 @@ impl Workspace {
             progress: TerminalProgress::new(common.quiet || common.json),
             common: common.clone(),
         };
-        let session = Session::new(
+        let mut session = Session::new(
             Box::new(host),
             mode,
             limits(common),
+            input_directory(file),
             output_directories(common),
         );
+        session.set_tier(common.tier);
         let mut workspace = Workspace {
             session,
             tree,
@@ -204,6 +206,13 @@ fn limits(common: &Common) -> Limits {
         limits.set(&limit.name, limit.value);
     }
     limits
+}
+
+/// Where relative paths of what the script reads start: the script's folder.
+fn input_directory(file: Option<&Path>) -> PathBuf {
+    file.and_then(Path::parent)
+        .unwrap_or(Path::new(""))
+        .to_owned()
 }
 
 /// Where the script may write, first the directory where relative paths start.

@@ -1,9 +1,9 @@
 //! What an expression is worth in f64 or f32, node by node: IEEE operations of that type, the
 //! engine's elementary functions, and f64 for what does not depend on the point.
 
-use imp::math::{self, Elementary};
-use imp::graph::operation::value::is_integer_power;
+use imp::graph::operation::value::is_algebraic_power;
 use imp::graph::{Graph, Node, NodeId, Op};
+use imp::math::{self, Elementary};
 use std::fmt::LowerExp;
 
 /// f64 or f32, as the reference needs it.
@@ -143,7 +143,7 @@ fn apply<T: Real>(op: Op, [a, b, c]: [T; 3]) -> T {
         Op::Round => round(a),
         Op::Modulo => a - b * (a / b).floor(),
         Op::IntegerPower => integer_power(a, b.wide()),
-        Op::Power if is_integer_power(b.wide()) => T::of(op.value([a.wide(), b.wide(), 0.0])),
+        Op::Power if is_algebraic_power(b.wide()) => T::of(op.value([a.wide(), b.wide(), 0.0])),
         Op::Power => math::pow(a, b),
         Op::Hypot => math::hypot(a, b),
         Op::Atan2 => math::atan2(a + zero, b + zero),

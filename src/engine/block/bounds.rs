@@ -9,30 +9,30 @@
 //! errors are below one.
 
 use super::number::{LANES, Number, lend};
-use crate::math::slice;
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
+use crate::math::slice;
 
 /// An enclosure with its regularity as a number: that of the result of an operation is the
 /// minimum of its operands'.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::engine) struct Bounds {
-    low: f64,
-    high: f64,
-    regularity: f64,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) regularity: f64,
 }
 
 /// The lanes of a block, in columns.
 #[derive(Clone, Copy)]
 pub(in crate::engine) struct BoundsBlock {
-    low: [f64; LANES],
-    high: [f64; LANES],
-    regularity: [f64; LANES],
+    pub(super) low: [f64; LANES],
+    pub(super) high: [f64; LANES],
+    pub(super) regularity: [f64; LANES],
 }
 
 /// [`Regularity`] in its order.
-const PARTIAL: f64 = 0.0;
-const DEFINED: f64 = 1.0;
+pub(super) const PARTIAL: f64 = 0.0;
+pub(super) const DEFINED: f64 = 1.0;
 const CONTINUOUS: f64 = 2.0;
 
 /// The lanes of nothing in particular.
@@ -436,6 +436,21 @@ impl Number for Bounds {
             let enclosure = (op.operation().interval)(&operands);
             Bounds::set(out, lane, enclosure.into());
         }
+    }
+
+    #[inline(always)]
+    fn integer_power(out: &mut BoundsBlock, a: &BoundsBlock, exponent: Bounds) {
+        Bounds::function_of_two(Op::IntegerPower, out, a, &exponent.splat());
+    }
+
+    #[inline(always)]
+    fn modulo(out: &mut BoundsBlock, a: &BoundsBlock, b: Bounds) {
+        Bounds::function_of_two(Op::Modulo, out, a, &b.splat());
+    }
+
+    fn function(op: Op, operands: [Bounds; 3]) -> Bounds {
+        let operands = operands.map(Enclosure::from);
+        (op.operation().interval)(&operands[..op.arity()]).into()
     }
 
     fn with_memory(length: usize, work: impl FnOnce(&mut [BoundsBlock])) {

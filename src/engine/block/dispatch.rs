@@ -5,6 +5,7 @@
 
 #![allow(unsafe_code)]
 
+use super::choices::{self, Pass};
 use super::execute::{self, Columns};
 use super::number::Number;
 use crate::engine::tape::Tape;
@@ -100,4 +101,31 @@ fn run_avx512<N: Number>(
     columns: &mut Columns<'_, '_, N>,
 ) {
     execute::run(tape, group, registers, columns);
+}
+
+/// Runs a tape over boxes and records what is decided, with these kernels or narrower ones.
+pub(super) fn record(kernels: Kernels, pass: &mut Pass<'_>) {
+    match kernels.or_narrower() {
+        Kernels::Baseline => choices::run(pass),
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives `Avx2` only where `detect` has found its features.
+        Kernels::Avx2 => unsafe { record_avx2(pass) },
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: `or_narrower` gives `Avx512` only where `detect` has found its features.
+        Kernels::Avx512 => unsafe { record_avx512(pass) },
+        #[cfg(not(target_arch = "x86_64"))]
+        Kernels::Avx2 | Kernels::Avx512 => choices::run(pass),
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn record_avx2(pass: &mut Pass<'_>) {
+    choices::run(pass);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn record_avx512(pass: &mut Pass<'_>) {
+    choices::run(pass);
 }

@@ -72,24 +72,28 @@ impl Enclosures {
         true
     }
 
-    /// What is the same for all boxes: parameters, enclosures of what depends on them alone, and
-    /// constants. A missing parameter is NaN.
+    /// What is the same for all boxes.
     fn scalars(&self, q: &[f64]) -> Vec<Bounds> {
-        let parameters = (0..self.lowered.parameters)
-            .map(|place| Enclosure::of_number(q.get(place).copied().unwrap_or(f64::NAN)));
-        let mut uniforms: Vec<Enclosure> = parameters.collect();
-        for step in &self.lowered.uniform_steps {
-            let operands = step.operands.map(|operand| match operand {
-                Operand::Uniform(index) => uniforms[index as usize],
-                Operand::Constant(number) => Enclosure::of_number(number),
-                // Neither occurs in what depends on q alone.
-                Operand::Coordinate(_) | Operand::Register(_) => Enclosure::of_number(f64::NAN),
-            });
-            let rule = step.operation.operation().interval;
-            uniforms.push(rule(&operands[..step.operands().len()]));
-        }
-        let constants = self.tape.constants.iter();
-        uniforms.extend(constants.map(|&number| Enclosure::of_number(number)));
-        uniforms.into_iter().map(Bounds::from).collect()
+        scalars(&self.lowered, q, &self.tape.constants)
     }
+}
+
+/// The bounds of what is the same for all boxes: parameters, what depends on them alone, and
+/// constants. A missing parameter is NaN.
+pub(in crate::engine) fn scalars(lowered: &Lowered, q: &[f64], constants: &[f64]) -> Vec<Bounds> {
+    let parameters = (0..lowered.parameters)
+        .map(|place| Enclosure::of_number(q.get(place).copied().unwrap_or(f64::NAN)));
+    let mut uniforms: Vec<Enclosure> = parameters.collect();
+    for step in &lowered.uniform_steps {
+        let operands = step.operands.map(|operand| match operand {
+            Operand::Uniform(index) => uniforms[index as usize],
+            Operand::Constant(number) => Enclosure::of_number(number),
+            // Neither occurs in what depends on q alone.
+            Operand::Coordinate(_) | Operand::Register(_) => Enclosure::of_number(f64::NAN),
+        });
+        let rule = step.operation.operation().interval;
+        uniforms.push(rule(&operands[..step.operands().len()]));
+    }
+    uniforms.extend(constants.iter().map(|&number| Enclosure::of_number(number)));
+    uniforms.into_iter().map(Bounds::from).collect()
 }

@@ -7,7 +7,8 @@
 
 use super::number::Number;
 use super::table;
-use crate::engine::tape::{Place, Source, Tape};
+use crate::engine::tape::{Instruction, Place, Source, Tape};
+use std::ops::Range;
 
 /// What a tape reads and writes, in blocks: a column per coordinate and per output, of equal
 /// lengths.
@@ -51,28 +52,14 @@ fn pass<N: Number>(
         *point = &column[first..first + count];
     }
     for instruction in &tape.instructions {
-        let mut sources = Sources {
+        let (out, sources) = operands(
+            instruction,
             points,
-            scalars: columns.scalars,
-            below: &[],
-            above: &[],
-            hole: instruction.out,
-            count,
-        };
-        let out = match instruction.output() {
-            Some(output) => {
-                // No register is written, so all are below the hole.
-                sources.below = registers;
-                &mut columns.outputs[output][first..first + count]
-            }
-            None => {
-                let start = instruction.out as usize * count;
-                let (below, rest) = registers.split_at_mut(start);
-                let (out, above) = rest.split_at_mut(count);
-                (sources.below, sources.above) = (below, above);
-                out
-            }
-        };
+            columns.scalars,
+            first..first + count,
+            registers,
+            columns.outputs,
+        );
         table::execute(instruction, out, &sources);
     }
     for &(output, place) in &tape.copies {
@@ -86,6 +73,43 @@ fn pass<N: Number>(
             }
         }
     }
+}
+
+/// The blocks that an instruction writes and where it finds its operands. `points` are the blocks
+/// of this range already, of `outputs` it is taken.
+#[inline(always)]
+pub(super) fn operands<'a, N: Number>(
+    instruction: &Instruction,
+    points: [&'a [N::Block]; 3],
+    scalars: &'a [N],
+    range: Range<usize>,
+    registers: &'a mut [N::Block],
+    outputs: &'a mut [&mut [N::Block]],
+) -> (&'a mut [N::Block], Sources<'a, N>) {
+    let count = range.len();
+    let mut sources = Sources {
+        points,
+        scalars,
+        below: &[],
+        above: &[],
+        hole: instruction.out,
+        count,
+    };
+    let out = match instruction.output() {
+        Some(output) => {
+            // No register is written, so all are below the hole.
+            sources.below = registers;
+            &mut outputs[output][range]
+        }
+        None => {
+            let start = instruction.out as usize * count;
+            let (below, rest) = registers.split_at_mut(start);
+            let (out, above) = rest.split_at_mut(count);
+            (sources.below, sources.above) = (below, above);
+            out
+        }
+    };
+    (out, sources)
 }
 
 /// Where an instruction finds its operands.

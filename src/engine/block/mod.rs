@@ -5,12 +5,14 @@
 //! [`table`] is the list of kernels with their formulas, written for any [`number::Number`];
 //! [`execute`] walks over tape and blocks; [`dispatch`] compiles both for several instruction sets
 //! and holds the tier's only `unsafe`, the calls into those. [`bounds`] makes enclosures a number
-//! of tapes, and [`enclose`] runs them over boxes.
+//! of tapes, and [`enclose`] runs them over boxes; [`choices`] does so too and records which of
+//! their operands choices take there.
 //!
 //! On f64 the results are those of the interpreter, to the last bit, whatever the instruction set
 //! and the length of a batch. On f32 every operation rounds to f32.
 
 mod bounds;
+mod choices;
 mod dispatch;
 mod enclose;
 mod execute;
@@ -18,11 +20,13 @@ mod number;
 mod table;
 
 use super::tape::Tape;
+pub(super) use bounds::{Bounds, BoundsBlock};
+pub(super) use choices::{Choice, Decision, Pass};
 pub use dispatch::Kernels;
-pub(super) use enclose::Enclosures;
+pub(super) use enclose::{Enclosures, scalars as scalar_bounds};
 use execute::Columns;
-use number::{LANES, Number};
-pub(super) use table::{Code, Kernel, Kind};
+pub(super) use number::{LANES, Number};
+pub(super) use table::{Code, Kernel, Kind, single};
 
 /// The bytes that the registers of a group of blocks may fill.
 const CACHE: usize = 1 << 15;
@@ -30,8 +34,11 @@ const CACHE: usize = 1 << 15;
 /// The most blocks that are computed at a time.
 const LARGEST_GROUP: usize = 8;
 
+/// As many columns of outputs as need no allocation.
+const FEW: usize = 4;
+
 /// The bytes of registers beyond which a tape is not run.
-const LARGEST_MEMORY: usize = 1 << 28;
+pub(super) const LARGEST_MEMORY: usize = 1 << 28;
 
 /// A floating-point number: f64 or f32, whose blocks are arrays.
 pub(super) trait Float: Number<Block = [Self; LANES]> + Default {}
@@ -65,20 +72,30 @@ pub(super) fn run<T: Float>(
     T::with_memory(group * tape.registers + remainder, |memory| {
         let (registers, buffers) = memory.split_at_mut(group * tape.registers);
         if whole > 0 {
-            let points: Vec<&[T::Block]> = points
-                .iter()
-                .map(|column| column[..whole].as_chunks().0)
-                .collect();
-            let mut outputs: Vec<&mut [T::Block]> = outputs
-                .iter_mut()
-                .map(|column| column[..whole].as_chunks_mut().0)
-                .collect();
-            let mut columns = Columns {
-                points: &points,
-                scalars,
-                outputs: &mut outputs,
+            let mut inputs: [&[T::Block]; 3] = [&[]; 3];
+            for (input, column) in inputs.iter_mut().zip(points) {
+                *input = column[..whole].as_chunks().0;
+            }
+            let results = outputs.iter_mut();
+            let results = results.map(|column| column[..whole].as_chunks_mut().0);
+            let mut run = |outputs: &mut [&mut [T::Block]]| {
+                let mut columns = Columns {
+                    points: &inputs[..points.len()],
+                    scalars,
+                    outputs,
+                };
+                dispatch::run(kernels, tape, group, registers, &mut columns);
             };
-            dispatch::run(kernels, tape, group, registers, &mut columns);
+            // Values and gradients need no allocation.
+            let mut few: [&mut [T::Block]; FEW] = Default::default();
+            if results.len() <= FEW {
+                let count = results.len();
+                few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+                run(&mut few[..count]);
+            } else {
+                let mut many: Vec<&mut [T::Block]> = results.collect();
+                run(&mut many);
+            }
         }
         if rest > 0 {
             let range = whole..count;
@@ -106,12 +123,26 @@ fn run_block<N: Number>(
     registers: &mut [N::Block],
     results: &mut [N::Block],
 ) {
-    let points: Vec<&[N::Block]> = points.iter().map(std::slice::from_ref).collect();
-    let mut outputs: Vec<&mut [N::Block]> = results.iter_mut().map(std::slice::from_mut).collect();
-    let mut columns = Columns {
-        points: &points,
-        scalars,
-        outputs: &mut outputs,
+    let mut inputs: [&[N::Block]; 3] = [&[]; 3];
+    for (input, point) in inputs.iter_mut().zip(points) {
+        *input = std::slice::from_ref(point);
+    }
+    let mut run = |outputs: &mut [&mut [N::Block]]| {
+        let mut columns = Columns {
+            points: &inputs[..points.len()],
+            scalars,
+            outputs,
+        };
+        dispatch::run(kernels, tape, 1, registers, &mut columns);
     };
-    dispatch::run(kernels, tape, 1, registers, &mut columns);
+    let count = results.len();
+    let results = results.iter_mut().map(std::slice::from_mut);
+    let mut few: [&mut [N::Block]; FEW] = Default::default();
+    if count <= FEW {
+        few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+        run(&mut few[..count]);
+    } else {
+        let mut many: Vec<&mut [N::Block]> = results.collect();
+        run(&mut many);
+    }
 }

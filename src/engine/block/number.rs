@@ -4,9 +4,9 @@
 //! each is an IEEE operation or a branch-free combination of some, so that a loop over lanes
 //! becomes vector code of any width with the bits of the table's value rules.
 
-use crate::math::slice;
 use crate::graph::Op;
-use crate::graph::operation::value::is_integer_power;
+use crate::graph::operation::value::is_algebraic_power;
+use crate::math::slice;
 
 /// The lanes of one block: as many numbers as every kernel's inner loop takes.
 pub(in crate::engine) const LANES: usize = 64;
@@ -64,6 +64,12 @@ pub(in crate::engine) trait Number: Copy + 'static {
     fn function_of_one(op: Op, out: &mut Self::Block, a: &Self::Block);
     /// An operation of two operands that is not among the above.
     fn function_of_two(op: Op, out: &mut Self::Block, a: &Self::Block, b: &Self::Block);
+    /// aⁿ for an integer n of which [`is_integer_power`] holds, by repeated multiplication.
+    fn integer_power(out: &mut Self::Block, a: &Self::Block, exponent: Self);
+    /// a mod b
+    fn modulo(out: &mut Self::Block, a: &Self::Block, b: Self);
+    /// Such an operation on single numbers.
+    fn function(op: Op, operands: [Self; 3]) -> Self;
 
     /// Lends the thread's own memory of at least `length` blocks, whose content is unspecified,
     /// to `work`.
@@ -229,6 +235,20 @@ macro_rules! floating_point {
                     Op::Sinh => slice::sinh(out, a),
                     Op::Cosh => slice::cosh(out, a),
                     Op::Tanh => slice::tanh(out, a),
+                    Op::Sign => {
+                        for (out, &a) in out.iter_mut().zip(a) {
+                            let not_positive = if a < 0.0 { -1.0 } else { a };
+                            *out = if 0.0 < a { 1.0 } else { not_positive };
+                        }
+                    }
+                    Op::Round => {
+                        for (out, &a) in out.iter_mut().zip(a) {
+                            let (floor, ceil) = (a.floor(), a.ceil());
+                            let if_negative = if 0.5 <= ceil - a { floor } else { ceil };
+                            let otherwise = if 0.5 <= a - floor { ceil } else { floor };
+                            *out = if a < 0.0 { if_negative } else { otherwise };
+                        }
+                    }
                     _ => {
                         for (out, &a) in out.iter_mut().zip(a) {
                             *out = op.value([f64::from(a), 0.0, 0.0]) as $float;
@@ -250,12 +270,17 @@ macro_rules! floating_point {
                         }
                         slice::atan2(out, &y, &x);
                     }
+                    Op::Modulo => {
+                        for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
+                            *out = a - b * (a / b).floor();
+                        }
+                    }
                     Op::Power => {
                         slice::pow(out, a, b);
-                        // Integer exponents are taken by repeated multiplication.
-                        if b.iter().any(|&b| is_integer_power(f64::from(b))) {
+                        // Integers and ½ have rules of their own.
+                        if b.iter().any(|&b| is_algebraic_power(f64::from(b))) {
                             for ((out, &a), &b) in out.iter_mut().zip(a).zip(b) {
-                                if is_integer_power(f64::from(b)) {
+                                if is_algebraic_power(f64::from(b)) {
                                     *out = op.value([f64::from(a), f64::from(b), 0.0]) as $float;
                                 }
                             }
@@ -267,6 +292,55 @@ macro_rules! floating_point {
                         }
                     }
                 }
+            }
+
+            #[inline(always)]
+            fn integer_power(out: &mut Self::Block, a: &Self::Block, exponent: Self) {
+                if exponent == 0.0 {
+                    for (out, &a) in out.iter_mut().zip(a) {
+                        *out = if a.is_nan() { a } else { 1.0 };
+                    }
+                    return;
+                }
+                // The multiplications of `graph::operation::value::by_squaring`, in its order.
+                let mut square = *a;
+                let mut digits = exponent.abs() as u32;
+                let mut has_product = false;
+                loop {
+                    if digits & 1 == 1 {
+                        for (out, &square) in out.iter_mut().zip(&square) {
+                            *out = if has_product { *out * square } else { square };
+                        }
+                        has_product = true;
+                    }
+                    digits >>= 1;
+                    if digits == 0 {
+                        break;
+                    }
+                    for square in &mut square {
+                        *square *= *square;
+                    }
+                }
+                if !has_product {
+                    *out = square;
+                }
+                if exponent < 0.0 {
+                    for out in out {
+                        *out = 1.0 / *out;
+                    }
+                }
+            }
+
+            #[inline(always)]
+            fn modulo(out: &mut Self::Block, a: &Self::Block, b: Self) {
+                for (out, &a) in out.iter_mut().zip(a) {
+                    *out = a - b * (a / b).floor();
+                }
+            }
+
+            #[inline(always)]
+            fn function(op: Op, operands: [Self; 3]) -> Self {
+                op.value(operands.map(f64::from)) as $float
             }
 
             fn with_memory(length: usize, work: impl FnOnce(&mut [Self::Block])) {

@@ -5,10 +5,44 @@
 //! bits are the same. A kernel has one instruction per shape, which says whether an operand is
 //! lanes or a scalar, the same number for all points.
 
+use super::choices::{self, Choice};
 use super::execute::{Block, Scalar, Sources};
 use super::number::{LANES, Number};
 use crate::engine::tape::Instruction;
 use crate::graph::Op;
+
+/// What is known of an instruction's code.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::engine) struct Facts {
+    /// The kernel; none of `Splat`.
+    pub(in crate::engine) kernel: Option<Kernel>,
+    /// How many operands it has.
+    pub(in crate::engine) arity: usize,
+    /// Bit k is set if operand k is a scalar; the bits of those beyond the arity are the first's.
+    pub(in crate::engine) scalars: u8,
+    /// The kind of choice that it is, if any.
+    pub(in crate::engine) choice: Option<Choice>,
+}
+
+impl Facts {
+    /// From the operands' kinds.
+    const fn new(kernel: Option<Kernel>, kinds: &[Kind]) -> Facts {
+        let mut scalars = 0;
+        let mut place = 0;
+        while place < 3 {
+            let kind = if place < kinds.len() { kinds[place] } else { kinds[0] };
+            if let Kind::Scalar = kind {
+                scalars |= 1 << place;
+            }
+            place += 1;
+        }
+        let choice = match kernel {
+            Some(kernel) => choices::choice(kernel),
+            None => None,
+        };
+        Facts { kernel, arity: kinds.len(), scalars, choice }
+    }
+}
 
 /// What an operand is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,6 +63,19 @@ macro_rules! kind {
     };
 }
 
+/// The place of an operand.
+macro_rules! place {
+    (a) => {
+        0
+    };
+    (b) => {
+        1
+    };
+    (c) => {
+        2
+    };
+}
+
 /// The type of an operand's block.
 macro_rules! block {
     (lanes) => {
@@ -46,6 +93,7 @@ macro_rules! kernels {
             $($variant:ident($($argument:ident: $sort:ident),+)),+;)+ }
         functions_of_one { $($one:ident)+ }
         functions_of_two { $($two:ident)+ }
+        functions_with_scalar { $($with:ident($whole:ident) = $function:ident;)+ }
         fused { $($kernel:ident = $formula:expr, as
             $($code:ident($($operand:ident: $kind:ident),+)),+;)+ }
     ) => {
@@ -66,8 +114,37 @@ macro_rules! kernels {
             $($($variant,)+)+
             $($one,)+
             $($two,)+
+            $($with,)+
             $($($code,)+)+
             Splat,
+        }
+
+        /// The facts of every code, in the codes' order.
+        static FACTS: &[Facts] = &[
+            $($(Facts::new(Some(Kernel::$operation), &[$(kind!($sort)),+]),)+)+
+            $(Facts::new(Some(Kernel::$one), &[Kind::Lanes]),)+
+            $(Facts::new(Some(Kernel::$two), &[Kind::Lanes, Kind::Lanes]),)+
+            $(Facts::new(Some(Kernel::$whole), &[Kind::Lanes, Kind::Scalar]),)+
+            $($(Facts::new(Some(Kernel::$kernel), &[$(kind!($kind)),+]),)+)+
+            Facts::new(None, &[Kind::Scalar]),
+        ];
+
+        /// What an instruction gives for single numbers; those beyond its arity are ignored.
+        pub(in crate::engine) fn single<N: Number>(code: Code, operands: [N; 3]) -> N {
+            match code {
+                $($(Code::$variant => {
+                    $(let $argument = operands[place!($argument)];)+
+                    $rule
+                })+)+
+                $(Code::$one => N::function(Op::$one, operands),)+
+                $(Code::$two => N::function(Op::$two, operands),)+
+                $(Code::$with => N::function(Op::$whole, operands),)+
+                $($(Code::$code => {
+                    $(let $operand = operands[place!($operand)];)+
+                    $formula
+                })+)+
+                Code::Splat => operands[0],
+            }
         }
 
         impl From<Op> for Kernel {
@@ -88,6 +165,7 @@ macro_rules! kernels {
                     $($((Kernel::$operation, [$(kind!($sort)),+]) => Some(Code::$variant),)+)+
                     $((Kernel::$one, [Kind::Lanes]) => Some(Code::$one),)+
                     $((Kernel::$two, [Kind::Lanes, Kind::Lanes]) => Some(Code::$two),)+
+                    $((Kernel::$whole, [Kind::Lanes, Kind::Scalar]) => Some(Code::$with),)+
                     $($((Kernel::$kernel, [$(kind!($kind)),+]) => Some(Code::$code),)+)+
                     _ => None,
                 }
@@ -157,9 +235,24 @@ macro_rules! kernels {
                         N::function_of_two(Op::$two, out, a.block(block).0, b.block(block).0);
                     }
                 })+
+                $(Code::$with => {
+                    let a = sources.lanes(instruction.a);
+                    let b = sources.scalar(instruction.b).0;
+                    for (block, out) in out.iter_mut().enumerate() {
+                        N::$function(out, a.block(block).0, b);
+                    }
+                })+
             }
         }
     };
+}
+
+impl Code {
+    /// What is known of it.
+    #[inline(always)]
+    pub(in crate::engine) fn facts(self) -> &'static Facts {
+        &FACTS[self as usize]
+    }
 }
 
 kernels! {
@@ -205,6 +298,10 @@ kernels! {
     }
     functions_of_one { Exp Log Sin Cos Tan Asin Acos Atan Sinh Cosh Tanh Sign Round }
     functions_of_two { Power IntegerPower Atan2 Hypot Modulo }
+    functions_with_scalar {
+        IntegerPowerScalar(IntegerPower) = integer_power;
+        ModuloScalar(Modulo) = modulo;
+    }
     fused {
         MultiplyAdd = a.multiply(b).add(c), as
             MultiplyAdd(a: lanes, b: lanes, c: lanes),

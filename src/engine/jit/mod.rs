@@ -4,7 +4,7 @@
 //! cannot be misused: it takes slices and checks their lengths. Everything that could go wrong
 //! while compiling (a processor that Cranelift does not serve, a system that refuses executable
 //! memory, a function beyond Cranelift's limits) is a [`Refusal`], upon which the caller
-//! interprets.
+//! runs blocks.
 //!
 //! **Upper halves of vector registers.** On x86-64, code that leaves the upper halves of the
 //! registers dirty makes every later SSE instruction of the C library wait for them: a call then
@@ -37,8 +37,8 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use thiserror::Error;
 
-/// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it the
-/// interpreter serves. Addresses below it also fit the 32 bits of a displacement.
+/// The longest kernel that is compiled, in steps; it takes one or two seconds. Beyond it
+/// blocks serve. Addresses below it also fit the 32 bits of a displacement.
 const LARGEST_KERNEL: usize = 250_000;
 
 /// Why there is no machine code.
@@ -59,6 +59,16 @@ impl From<ModuleError> for Refusal {
     fn from(error: ModuleError) -> Refusal {
         Refusal::Compiler(Box::new(error))
     }
+}
+
+/// The first reason why this process could not have machine code.
+static REFUSAL: OnceLock<String> = OnceLock::new();
+
+/// Why machine code could not be made, the first time that it could not, because of the machine:
+/// another processor than Cranelift serves, or a system that gives no executable memory. Fields
+/// are then evaluated in blocks, with the same results.
+pub fn refusal() -> Option<&'static str> {
+    REFUSAL.get().map(String::as_str)
 }
 
 /// How many functions this process has compiled.
@@ -98,9 +108,15 @@ pub(super) struct MachineCode {
     _module: FreeingModule,
 }
 
-/// Compiles a kernel. Takes 3 to 6 ms per 1,000 steps.
+/// Compiles a kernel. Takes 3 to 6 ms per 1,000 steps. Where the machine is the reason that it
+/// cannot, [`refusal`] tells it from then on.
 pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
-    compile_with(lowered, chunk::LENGTHS)
+    compile_with(lowered, chunk::LENGTHS).inspect_err(|refusal| match refusal {
+        Refusal::Processor | Refusal::Compiler(_) => {
+            REFUSAL.get_or_init(|| refusal.to_string());
+        }
+        Refusal::TooLarge => {}
+    })
 }
 
 /// Compiles a kernel in functions of these lengths.

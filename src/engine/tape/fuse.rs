@@ -11,15 +11,25 @@ use crate::graph::Op;
 
 /// A kernel with its operands, of which `arity` count.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fused {
-    pub(super) kernel: Kernel,
-    pub(super) operands: [Operand; 3],
-    pub(super) arity: usize,
+pub(in crate::engine) struct Fused {
+    pub(in crate::engine) kernel: Kernel,
+    pub(in crate::engine) operands: [Operand; 3],
+    pub(in crate::engine) arity: usize,
+}
+
+/// What becomes of operations that choose one of their operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::engine) enum Choices {
+    /// They are fused like others.
+    Fused,
+    /// They stay alone, so that each can be decided by itself.
+    Alone,
 }
 
 /// What each step becomes: `None` if another one has taken it over, or nobody needs it.
-pub(super) fn fuse(lowered: &Lowered) -> Vec<Option<Fused>> {
+pub(in crate::engine) fn fuse(lowered: &Lowered, choices: Choices) -> Vec<Option<Fused>> {
     let mut steps = Steps {
+        choices,
         steps: &lowered.steps,
         uses: uses(lowered),
     };
@@ -47,6 +57,7 @@ fn uses(lowered: &Lowered) -> Vec<u32> {
 
 /// The steps and how often each is used; 0 if it has been taken over.
 struct Steps<'a> {
+    choices: Choices,
     steps: &'a [Step],
     uses: Vec<u32>,
 }
@@ -59,6 +70,7 @@ impl Steps<'_> {
             Op::Square => self.squared(a),
             Op::Subtract => self.subtracted(a, b),
             Op::Add => self.added(a, b).or_else(|| self.added(b, a)),
+            Op::Min | Op::Max if self.choices == Choices::Alone => None,
             Op::Min => self.minimum(a, b).or_else(|| self.minimum(b, a)),
             Op::Max => self.maximum(a, b).or_else(|| self.maximum(b, a)),
             _ => None,
@@ -182,7 +194,7 @@ fn ordered(kernel: Kernel, operands: &[Operand]) -> Option<Fused> {
 }
 
 /// Whether exchanging the first two operands does not change the result.
-fn is_symmetric(kernel: Kernel) -> bool {
+pub(in crate::engine) fn is_symmetric(kernel: Kernel) -> bool {
     matches!(
         kernel,
         Kernel::Add

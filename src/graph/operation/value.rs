@@ -16,17 +16,26 @@ pub fn is_integer_power(exponent: f64) -> bool {
     exponent.abs() <= LARGEST_INTEGER_POWER && exponent.floor() == exponent
 }
 
+/// Whether a power of this exponent has a rule of its own: repeated multiplication or the square
+/// root, both without elementary functions.
+pub fn is_algebraic_power(exponent: f64) -> bool {
+    is_integer_power(exponent) || exponent == 0.5
+}
+
 /// Whether a number is ± a power of two, subnormal ones aside: it has no fraction bits.
 pub(in crate::graph) fn is_power_of_two(a: f64) -> bool {
     a.is_normal() && a.to_bits() & ((1 << (f64::MANTISSA_DIGITS - 1)) - 1) == 0
 }
 
-/// a^b. Integer exponents by repeated multiplication, every other one by [`scalar::pow`].
+/// a^b. Integer exponents by repeated multiplication, ½ by the square root, every other one by
+/// [`scalar::pow`].
 pub(in crate::graph) fn power(base: f64, exponent: f64) -> f64 {
     if base.is_nan() || exponent.is_nan() {
         f64::NAN
     } else if is_integer_power(exponent) {
         integer_power(base, exponent)
+    } else if exponent == 0.5 {
+        base.sqrt()
     } else {
         scalar::pow(base, exponent)
     }

@@ -1,14 +1,17 @@
-//! What a script does: print, assert, export.
+//! What a script does: print, assert, export, load.
 
 use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file::{self, FileError};
+use crate::language::arithmetic::value_of_node;
+use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
 use crate::language::session::Session;
 use crate::language::show::show;
+use crate::language::tracer::first_axis;
 use crate::language::value::{Outcome, Value, failure};
 
 pub(super) const TABLE: &[Builtin] = &[
@@ -37,6 +40,12 @@ pub(super) const TABLE: &[Builtin] = &[
         &["value", "path"],
         "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png.",
         export,
+    ),
+    pure(
+        "load",
+        &["path"],
+        "The field that a file holds; a relative path starts at the script's folder. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
+        load,
     ),
     action(
         "help",
@@ -125,14 +134,38 @@ pub(super) fn write(
     Ok(())
 }
 
-/// The diagnostic for a file that was not written.
+fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let Some(given) = arguments.text("path")? else {
+        return Ok(Value::Nothing);
+    };
+    let path = session.input_directory.join(given);
+    let graph = &mut session.graph;
+    let first = first_axis(graph.level);
+    let coordinates = [0, 1, 2].map(|axis| graph.coordinate(first + axis));
+    let place = arguments.place("path");
+    let field = file::read_field(&path, graph, coordinates, session.limits.nodes)
+        .map_err(|error| file_failure(&error).at(place, "this file"))?;
+    let value = value_of_node(graph, field.root);
+    FieldValue::new(field.dimension, graph.level, value, None)
+        .map(Value::Field)
+        .at(place, "this file")
+}
+
+/// The diagnostic for a file that was not written or not read.
 pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
     let code = match error {
+        FileError::CannotRead { .. } => Code::CannotRead,
+        FileError::BadContent { .. } => Code::BadContent,
+        FileError::TooLong { .. } => Code::NodeLimit,
         FileError::CannotWrite { .. } => Code::CannotWrite,
         FileError::UnknownFormat { .. } => Code::UnknownFormat,
         FileError::WrongFormat { .. } => Code::WrongFormat,
     };
-    failure(code, error.to_string())
+    let mut failure = failure(code, error.to_string());
+    if let FileError::TooLong { .. } = error {
+        failure.help = Some("raise it with `--limit nodes=N` if this is meant".into());
+    }
+    failure
 }
 
 /// Where a script's file goes, if it may: below one of the directories, whatever `..` and

@@ -1,0 +1,82 @@
+//! What a field of 7,000 operations takes in memory, by tier, and whether fields that are dropped
+//! leave something behind. Resident memory as the system counts it, so on Linux only.
+
+// A benchmark's report belongs on standard output.
+#![allow(clippy::print_stdout, missing_docs)]
+
+#[path = "../tests/engine_common/fields.rs"]
+mod fields;
+
+use fields::Example;
+use glam::DVec3;
+use imp::engine::{CompiledField, Field, Program, Tier};
+use std::sync::Arc;
+
+/// How many equal fields are held at a time: their sum is large against what the allocator keeps.
+const HELD: usize = 24;
+
+/// How many fields are made and dropped.
+const DROPPED: usize = 10_000;
+
+/// Kilobytes of this process in memory (proc(5), statm; pages of 4 kB).
+fn resident() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
+    Some(4 * pages)
+}
+
+fn field(example: &Example, tier: Tier) -> CompiledField {
+    let program = Program::with_tier(&example.graph, &[example.root], 3, tier);
+    CompiledField::new(Arc::new(program), example.q.clone())
+}
+
+fn main() {
+    let Some(_) = resident() else {
+        println!("this system has no /proc/self/statm: nothing to measure");
+        return;
+    };
+    // 7 operations a sphere: three differences, squares, two sums, a root, a difference, a minimum.
+    let example = fields::spheres(636);
+    println!(
+        "a field of {} operations, kB in memory:\n",
+        example.graph.len()
+    );
+    println!("| tier | F | F, F_x |\n| --- | ---: | ---: |");
+    for (name, tier) in Tier::ALL {
+        // What is kept for the thread and the process is made before.
+        drop(used(&example, tier, true));
+        let kilobytes = [false, true].map(|with_gradient| {
+            let before = resident().unwrap_or(0);
+            let held: Vec<CompiledField> = (0..HELD)
+                .map(|_| used(&example, tier, with_gradient))
+                .collect();
+            let after = resident().unwrap_or(0);
+            drop(held);
+            after.saturating_sub(before) / HELD as u64
+        });
+        println!("| {name} | {} | {} |", kilobytes[0], kilobytes[1]);
+    }
+    let small = fields::blobs(4);
+    let cycle = |times: usize| {
+        for _ in 0..times {
+            drop(used(&small, Tier::MachineCode, true));
+        }
+    };
+    cycle(100);
+    let before = resident().unwrap_or(0);
+    cycle(DROPPED);
+    let after = resident().unwrap_or(0);
+    println!("\n{DROPPED} fields compiled and dropped: {before} kB before, {after} kB after");
+}
+
+/// A field that has been evaluated at a point and at a batch of them.
+fn used(example: &Example, tier: Tier, with_gradient: bool) -> CompiledField {
+    let field = field(example, tier);
+    let column = [0.5; 64];
+    field.values(&[&column; 3], &mut [0.0; 64]);
+    assert!(field.value(DVec3::ONE).is_finite());
+    if with_gradient {
+        assert!(field.value_gradient(DVec3::ONE).1.is_finite());
+    }
+    field
+}

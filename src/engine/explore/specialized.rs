@@ -1,0 +1,136 @@
+//! The field as it is pruned for the surroundings of a leaf.
+
+use crate::engine::block::{self, Kernels};
+use crate::engine::prune::{Nest, Region, Scalars, Sequence};
+use crate::engine::{CompiledField, Field};
+
+/// A field for points of one cell: values and gradients have the bits of the whole field's, and
+/// cost what the parts of it that are near cost. Nothing is said of points elsewhere.
+///
+/// As many points are evaluated as the shortest column has; a missing column has none.
+pub struct Specialized<'a> {
+    pub(super) field: &'a CompiledField,
+    /// None if the field is too large for blocks.
+    pub(super) sequence: Option<&'a Sequence>,
+    pub(super) scalars: &'a Scalars,
+    pub(super) kernels: Kernels,
+    /// The boxes that the sequence was pruned for, from the outermost.
+    pub(super) path: &'a [Region],
+    /// What prunes the gradient, once that has been asked for.
+    pub(super) nest: &'a mut Option<Box<Nest>>,
+}
+
+impl Specialized<'_> {
+    /// The number of operations for one point, fused ones counted once; 0 if it is not known.
+    pub fn size(&self) -> usize {
+        self.sequence.map_or(0, Sequence::len)
+    }
+
+    /// F at every point; `points` has a column per axis.
+    pub fn values(&mut self, points: &[&[f64]], values: &mut [f64]) {
+        let Some((points, count)) = self.columns(points, values.len()) else {
+            return;
+        };
+        let done = self.sequence.is_some_and(|sequence| {
+            block::run(
+                &sequence.tape,
+                self.kernels,
+                count,
+                points,
+                &self.scalars.double,
+                &mut [&mut values[..count]],
+            )
+        });
+        if !done {
+            self.field.values(points, values);
+        }
+    }
+
+    /// The same in single precision. Of points whose coordinates were rounded it is not certain
+    /// that they are in the cell; there, and where two parts of the field differ by less than
+    /// rounding, the result may be that of a neighbouring part.
+    pub fn values_f32(&mut self, points: &[&[f32]], values: &mut [f32]) {
+        let Some((points, count)) = self.columns(points, values.len()) else {
+            return;
+        };
+        let done = self.sequence.is_some_and(|sequence| {
+            block::run(
+                &sequence.tape,
+                self.kernels,
+                count,
+                points,
+                &self.scalars.single,
+                &mut [&mut values[..count]],
+            )
+        });
+        if !done {
+            self.values_of_rounded(points, &mut values[..count]);
+        }
+    }
+
+    /// The values of a field that is too large for blocks, rounded.
+    fn values_of_rounded(&self, points: &[&[f32]], values: &mut [f32]) {
+        let wide: Vec<Vec<f64>> = points
+            .iter()
+            .map(|column| column.iter().map(|&x| x.into()).collect())
+            .collect();
+        let wide: Vec<&[f64]> = wide.iter().map(|column| &column[..]).collect();
+        let mut found = vec![0.0; values.len()];
+        self.field.values(&wide, &mut found);
+        for (value, found) in values.iter_mut().zip(found) {
+            *value = found as f32;
+        }
+    }
+
+    /// F and F_x at every point; `gradients` has a column per axis. The first call in a part of
+    /// the subdivision prunes the steps of F_x for it.
+    pub fn gradients(
+        &mut self,
+        points: &[&[f64]],
+        values: &mut [f64],
+        gradients: &mut [&mut [f64]],
+    ) {
+        let dimension = self.field.dimension();
+        let lengths = gradients.iter().map(|column| column.len());
+        let shortest = lengths.chain([values.len()]).min().unwrap_or(0);
+        let Some((points, count)) = self.columns(points, shortest) else {
+            return;
+        };
+        let trunk = self.field.program().gradient_trunk();
+        let done = gradients.len() >= dimension && trunk.is_runnable() && {
+            let nest = self.nest.get_or_insert_with(|| {
+                let q = self.field.parameters();
+                Box::new(Nest::new(trunk, q, self.kernels))
+            });
+            let (sequence, scalars) = nest.within(trunk, self.path);
+            // At most four columns, so that nothing is allocated.
+            let mut outputs: [&mut [f64]; 4] = Default::default();
+            outputs[0] = &mut values[..count];
+            for (output, column) in outputs[1..].iter_mut().zip(gradients.iter_mut()) {
+                *output = &mut column[..count];
+            }
+            block::run(
+                &sequence.tape,
+                self.kernels,
+                count,
+                points,
+                &scalars.double,
+                &mut outputs[..=dimension],
+            )
+        };
+        if !done {
+            self.field.gradients(points, values, gradients);
+        }
+    }
+
+    /// The columns that the field needs, if all are there, and how many points they have.
+    fn columns<'p, T>(
+        &self,
+        points: &'p [&'p [T]],
+        results: usize,
+    ) -> Option<(&'p [&'p [T]], usize)> {
+        let points = points.get(..self.field.dimension())?;
+        let lengths = points.iter().map(|column| column.len());
+        Some((points, lengths.chain([results]).min().unwrap_or(0)))
+    }
+}

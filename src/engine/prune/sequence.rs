@@ -1,0 +1,260 @@
+//! Sequences: steps that can be pruned, with the tape that executes them.
+//!
+//! Steps are in static single assignment: a step's result has the step's place in the list.
+//! Arithmetic is fused as in every tape; choices stay alone, so that each can be decided by
+//! itself. The tape has the instructions of the steps in the same order, one for each.
+
+use crate::engine::block::{Code, Kernel, Kind};
+use crate::engine::lower::{Lowered, Operand};
+use crate::engine::tape::{COORDINATE, Instruction, OUTPUT, Place, Source, Tape};
+use crate::engine::tape::fuse::{Choices, fuse, is_symmetric};
+use rustc_hash::FxHashMap;
+
+/// Marks an operand that is a place of the list of scalars. One that is marked by neither this
+/// nor [`COORDINATE`] is the result of the step at that place.
+pub(super) const SCALAR: u32 = 1 << 30;
+
+/// Whether the operand is the result of a step.
+#[inline(always)]
+pub(super) fn is_step(operand: u32) -> bool {
+    operand < SCALAR
+}
+
+/// Whether the operand is a scalar.
+#[inline(always)]
+pub(super) fn is_scalar(operand: u32) -> bool {
+    operand & (SCALAR | COORDINATE) == SCALAR
+}
+
+/// The operand's place in the list of scalars, if it is one.
+pub(in crate::engine) fn scalar_place(operand: u32) -> Option<usize> {
+    is_scalar(operand).then_some((operand & !SCALAR) as usize)
+}
+
+/// One operation.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::engine) struct Step {
+    /// The operands, of which the code's arity count; the others repeat the first.
+    pub(super) operands: [u32; 3],
+    /// What to do.
+    pub(super) code: Code,
+}
+
+/// Steps in the order of their execution.
+#[derive(Default)]
+pub(in crate::engine) struct Sequence {
+    pub(super) steps: Vec<Step>,
+    /// Where each output is found.
+    pub(in crate::engine) outputs: Vec<u32>,
+    /// What executes the steps.
+    pub(in crate::engine) tape: Tape,
+    /// Whether a step is a choice: if none is, there is nothing to prune.
+    pub(in crate::engine) has_choices: bool,
+}
+
+impl Sequence {
+    /// The same with some of the outputs only. Steps that only others need stay.
+    pub(in crate::engine) fn with_outputs(&self, places: impl Iterator<Item = usize>) -> Sequence {
+        let mut sequence = Sequence {
+            steps: self.steps.clone(),
+            outputs: places.map(|place| self.outputs[place]).collect(),
+            ..Sequence::default()
+        };
+        Allocator::default().assign(&mut sequence);
+        sequence
+    }
+
+    /// The number of steps.
+    pub(in crate::engine) fn len(&self) -> usize {
+        self.steps.len()
+    }
+}
+
+/// The whole sequence of a function, with the constants that follow the uniforms in its list of
+/// scalars: 0, 1 and those of the function.
+pub(super) fn whole(lowered: &Lowered) -> (Sequence, Vec<f64>) {
+    let mut constants = vec![0.0, 1.0];
+    let mut places: FxHashMap<u64, u32> = FxHashMap::default();
+    for (place, constant) in constants.iter().enumerate() {
+        places.insert(f64::to_bits(*constant), place as u32);
+    }
+    let mut sequence = Sequence::default();
+    let mut values = vec![0; lowered.steps.len()];
+    let mut operand = |operand: Operand, values: &[u32]| match operand {
+        Operand::Coordinate(axis) => COORDINATE | u32::from(axis),
+        Operand::Register(step) => values[step as usize],
+        Operand::Uniform(index) => SCALAR | index,
+        Operand::Constant(number) => {
+            let place = *places.entry(number.to_bits()).or_insert_with(|| {
+                constants.push(number);
+                constants.len() as u32 - 1
+            });
+            SCALAR | (lowered.uniforms() as u32 + place)
+        }
+    };
+    for (step, fused) in fuse(lowered, Choices::Alone).into_iter().enumerate() {
+        if let Some(fused) = fused {
+            let operands = fused.operands.map(|found| operand(found, &values));
+            values[step] = encode(&mut sequence.steps, fused.kernel, fused.arity, operands);
+        }
+    }
+    let outputs = lowered.outputs.iter();
+    sequence.outputs = outputs.map(|&output| operand(output, &values)).collect();
+    Allocator::default().assign(&mut sequence);
+    (sequence, constants)
+}
+
+/// Appends a step, after others that make lanes of scalars where the kernel has no code for them,
+/// and returns its place.
+pub(super) fn encode(
+    steps: &mut Vec<Step>,
+    kernel: Kernel,
+    arity: usize,
+    mut operands: [u32; 3],
+) -> u32 {
+    loop {
+        for place in arity..3 {
+            operands[place] = operands[0];
+        }
+        let kinds = |operands: [u32; 3]| {
+            operands.map(|operand| match is_scalar(operand) {
+                true => Kind::Scalar,
+                false => Kind::Lanes,
+            })
+        };
+        let mut code = kernel.code(&kinds(operands)[..arity]);
+        if code.is_none() && is_symmetric(kernel) {
+            let [a, b, c] = operands;
+            let exchanged = [b, a, if arity > 2 { c } else { b }];
+            code = kernel.code(&kinds(exchanged)[..arity]);
+            if code.is_some() {
+                operands = exchanged;
+            }
+        }
+        if let Some(code) = code {
+            steps.push(Step { operands, code });
+            return steps.len() as u32 - 1;
+        }
+        // Every kernel has a code for lanes alone, so there is a scalar if none was found.
+        let scalar = operands[..arity].iter().position(|&operand| is_scalar(operand));
+        let place = scalar.unwrap_or(0);
+        steps.push(Step {
+            operands: [operands[place]; 3],
+            code: Code::Splat,
+        });
+        operands[place] = steps.len() as u32 - 1;
+    }
+}
+
+/// No register, no step.
+const NONE: u32 = u32::MAX;
+
+/// Gives registers to sequences; keeps its memory from one to the next.
+#[derive(Default)]
+pub(super) struct Allocator {
+    /// The last step that needs each step's result.
+    last_use: Vec<u32>,
+    /// The register of each step's result.
+    registers: Vec<u32>,
+    free: Vec<u32>,
+}
+
+impl Allocator {
+    /// Makes the tape of the sequence's steps. Every step must be needed.
+    pub(super) fn assign(&mut self, sequence: &mut Sequence) {
+        let Sequence {
+            steps,
+            outputs,
+            tape,
+            has_choices,
+        } = sequence;
+        self.find_last_uses(steps, outputs);
+        self.registers.clear();
+        self.free.clear();
+        tape.instructions.clear();
+        tape.copies.clear();
+        tape.registers = 0;
+        *has_choices = false;
+        // A single output is written by the last step, which nobody else needs.
+        let last = steps.len().wrapping_sub(1) as u32;
+        let writes = outputs.len() == 1 && outputs.first() == Some(&last);
+        for (index, step) in steps.iter().enumerate() {
+            let index = index as u32;
+            let facts = step.code.facts();
+            *has_choices |= facts.choice.is_some();
+            let out = if writes && index == last {
+                OUTPUT
+            } else {
+                self.free.pop().unwrap_or_else(|| {
+                    tape.registers += 1;
+                    tape.registers as u32 - 1
+                })
+            };
+            self.registers.push(out);
+            let [a, b, c] = step.operands.map(|operand| self.source(operand));
+            tape.instructions.push(Instruction {
+                code: step.code,
+                out,
+                a,
+                b,
+                c,
+            });
+            // Only now, so that the instruction does not write to a register that it reads.
+            for operand in &step.operands[..facts.arity] {
+                self.release(*operand, index);
+            }
+        }
+        for (output, &operand) in outputs.iter().enumerate() {
+            let place = match scalar_place(operand) {
+                Some(place) => Place::Scalar(place as u32),
+                None if is_step(operand) => {
+                    if writes {
+                        continue;
+                    }
+                    Place::Register(self.registers[operand as usize])
+                }
+                None => Place::Coordinate((operand & !COORDINATE) as u8),
+            };
+            tape.copies.push((output as u32, place));
+        }
+    }
+
+    /// For every step the last one that needs its result, or none if it is an output.
+    fn find_last_uses(&mut self, steps: &[Step], outputs: &[u32]) {
+        self.last_use.clear();
+        self.last_use.resize(steps.len(), NONE);
+        for (index, step) in steps.iter().enumerate() {
+            for operand in step.operands {
+                if let Some(last) = self.last_use.get_mut(operand as usize) {
+                    *last = index as u32;
+                }
+            }
+        }
+        for &output in outputs {
+            if let Some(last) = self.last_use.get_mut(output as usize) {
+                *last = NONE;
+            }
+        }
+    }
+
+    /// Where an operand is found.
+    #[inline(always)]
+    fn source(&self, operand: u32) -> Source {
+        match self.registers.get(operand as usize) {
+            Some(&register) => Source(register),
+            None => Source(operand & !SCALAR),
+        }
+    }
+
+    /// Frees an operand's register if this step is the last one that needs it.
+    #[inline(always)]
+    fn release(&mut self, operand: u32, step: u32) {
+        if let Some(last) = self.last_use.get_mut(operand as usize)
+            && *last == step
+        {
+            // An operand that occurs twice is freed once.
+            *last = NONE;
+            self.free.push(self.registers[operand as usize]);
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! From a sequence and what boxes decide to the shorter sequences of those boxes.
+//!
+//! [`Batch::mark`] finds the steps that are needed in each of up to 64 boxes, in one pass from
+//! the last step to the first, with a bit for every box. [`Specialiser::specialise`] collects
+//! those of one box and writes them down anew. Both take time in proportion to the longer
+//! sequence, of which the bulk is shared by the boxes, and no memory that is not kept.
+
+use super::Scalars;
+use super::fold::Folder;
+use super::sequence::{Allocator, SCALAR, Sequence, Step, is_scalar};
+use crate::engine::block::{Choice, Code, Decision, Kernel};
+
+/// A box's sequence must be shorter than this part of the longer one; else that one serves.
+const WORTHWHILE: (usize, usize) = (7, 8);
+
+/// What up to 64 boxes decide about a sequence, and need of it.
+#[derive(Default)]
+pub(in crate::engine) struct Batch {
+    /// By steps.
+    pub(in crate::engine) decisions: Vec<Decision>,
+    /// By steps: the boxes that need it, a bit each.
+    needed: Vec<u64>,
+}
+
+impl Batch {
+    /// Makes room for the decisions about a sequence.
+    pub(in crate::engine) fn prepare(&mut self, length: usize) -> &mut [Decision] {
+        if self.decisions.len() < length {
+            self.decisions.resize(length, Decision::default());
+        }
+        &mut self.decisions[..length]
+    }
+
+    /// Finds what these boxes need, a bit each.
+    pub(in crate::engine) fn mark(&mut self, sequence: &Sequence, boxes: u64) {
+        let length = sequence.steps.len();
+        self.needed.clear();
+        // One more, which all operands that are no steps share.
+        self.needed.resize(length + 1, 0);
+        let needed = &mut self.needed[..length + 1];
+        for &output in &sequence.outputs {
+            needed[(output as usize).min(length)] |= boxes;
+        }
+        for (index, step) in sequence.steps.iter().enumerate().rev() {
+            let boxes = needed[index];
+            if boxes == 0 {
+                continue;
+            }
+            let [a, b, c] = step.operands.map(|operand| (operand as usize).min(length));
+            match step.code.facts().choice {
+                None => {
+                    needed[a] |= boxes;
+                    needed[b] |= boxes;
+                    needed[c] |= boxes;
+                }
+                Some(choice) => {
+                    let Decision { first, second } = self.decisions[index];
+                    let open = boxes & !(first | second);
+                    match choice {
+                        Choice::Min | Choice::Max => {
+                            needed[a] |= boxes & !second;
+                            needed[b] |= boxes & !first;
+                        }
+                        Choice::Select => {
+                            needed[a] |= open;
+                            needed[b] |= boxes & !second;
+                            needed[c] |= boxes & !first;
+                        }
+                        Choice::Abs => needed[a] |= boxes,
+                        _ => {
+                            needed[a] |= open;
+                            needed[b] |= open;
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Makes shorter sequences; keeps its memory from one to the next.
+#[derive(Default)]
+pub(in crate::engine) struct Specialiser {
+    /// The steps that the box needs.
+    list: Vec<u32>,
+    /// Where the result of each step of the longer sequence is found in the shorter one.
+    places: Vec<u32>,
+    /// For removing steps.
+    needed: Vec<u32>,
+    allocator: Allocator,
+}
+
+impl Specialiser {
+    /// Writes to `child` what the box in this lane of the batch needs of the sequence, which has
+    /// been marked. Returns false, with the child as it was, if that is hardly shorter.
+    pub(in crate::engine) fn specialise(
+        &mut self,
+        sequence: &Sequence,
+        (batch, lane): (&Batch, usize),
+        scalars: &mut Scalars,
+        child: &mut Sequence,
+    ) -> bool {
+        let length = sequence.steps.len();
+        self.collect(&batch.needed[..length], lane);
+        if self.list.len() * WORTHWHILE.1 > length * WORTHWHILE.0 {
+            return false;
+        }
+        if self.places.len() < length {
+            self.places.resize(length, 0);
+        }
+        child.steps.clear();
+        let mut folder = Folder {
+            steps: &mut child.steps,
+            scalars,
+            dropped: false,
+        };
+        for &index in &self.list {
+            let index = index as usize;
+            let step = &sequence.steps[index];
+            let decision = batch.decisions[index];
+            self.places[index] = rewrite(step, decision, lane, &self.places[..length], &mut folder);
+        }
+        let dropped = folder.dropped;
+        child.outputs.clear();
+        let outputs = sequence.outputs.iter();
+        let places = &self.places[..length];
+        child.outputs.extend(outputs.map(|&output| place(places, output)));
+        if dropped {
+            self.remove_unneeded(child);
+        }
+        self.allocator.assign(child);
+        true
+    }
+
+    /// Lists the steps whose bit is set.
+    fn collect(&mut self, needed: &[u64], lane: usize) {
+        // Written without branches, for there is no telling which steps are needed.
+        if self.list.len() < needed.len() {
+            self.list.resize(needed.len(), 0);
+        } else {
+            self.list.truncate(needed.len());
+        }
+        let mut count = 0;
+        for (index, bits) in needed.iter().enumerate() {
+            self.list[count] = index as u32;
+            count += (bits >> lane & 1) as usize;
+        }
+        self.list.truncate(count);
+    }
+
+    /// Removes what no output needs.
+    fn remove_unneeded(&mut self, sequence: &mut Sequence) {
+        let Sequence { steps, outputs, .. } = sequence;
+        self.needed.clear();
+        self.needed.resize(steps.len(), 0);
+        let need = |operand: u32, needed: &mut [u32]| {
+            if let Some(needed) = needed.get_mut(operand as usize) {
+                *needed = 1;
+            }
+        };
+        for &output in outputs.iter() {
+            need(output, &mut self.needed);
+        }
+        for (index, step) in steps.iter().enumerate().rev() {
+            if self.needed[index] != 0 {
+                for operand in step.operands {
+                    need(operand, &mut self.needed);
+                }
+            }
+        }
+        // From here on the number of steps that are kept before each one.
+        let mut kept = 0;
+        for index in 0..steps.len() {
+            if std::mem::replace(&mut self.needed[index], kept) != 0 {
+                let step = steps[index];
+                steps[kept as usize] = Step {
+                    operands: step.operands.map(|operand| place(&self.needed, operand)),
+                    ..step
+                };
+                kept += 1;
+            }
+        }
+        steps.truncate(kept as usize);
+        for output in outputs {
+            *output = place(&self.needed, *output);
+        }
+    }
+}
+
+/// Where an operand of the longer sequence is found in the shorter one.
+#[inline(always)]
+fn place(places: &[u32], operand: u32) -> u32 {
+    places.get(operand as usize).copied().unwrap_or(operand)
+}
+
+/// Appends what a step becomes and returns where its result is found.
+#[inline(always)]
+fn rewrite(
+    step: &Step,
+    decision: Decision,
+    lane: usize,
+    places: &[u32],
+    folder: &mut Folder<'_>,
+) -> u32 {
+    let operands = step.operands.map(|operand| place(places, operand));
+    let facts = step.code.facts();
+    if let Some(choice) = facts.choice {
+        let is_first = decision.first >> lane & 1 == 1;
+        let is_second = decision.second >> lane & 1 == 1;
+        if is_first | is_second {
+            let [a, b, c] = operands;
+            return match choice {
+                Choice::Min | Choice::Max if is_first => a,
+                Choice::Min | Choice::Max => b,
+                Choice::Select if is_first => b,
+                Choice::Select => c,
+                Choice::Abs if is_first => a,
+                Choice::Abs => folder.apply(Kernel::Negate, 1, operands),
+                _ if is_first => SCALAR | folder.scalars.one,
+                _ => SCALAR | folder.scalars.zero,
+            };
+        }
+    }
+    let scalars = (0..3).fold(0, |bits, place| {
+        bits | u8::from(is_scalar(operands[place])) << place
+    });
+    if scalars == facts.scalars && step.code != Code::Splat {
+        folder.steps.push(Step {
+            operands,
+            code: step.code,
+        });
+        return folder.steps.len() as u32 - 1;
+    }
+    match facts.kernel {
+        Some(kernel) => folder.apply(kernel, facts.arity, operands),
+        // Lanes of a scalar, which those who read them may take as it is.
+        None => operands[0],
+    }
+}

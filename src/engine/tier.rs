@@ -1,0 +1,44 @@
+//! The tiers: what can execute a kernel, and their names.
+
+use super::Kernels;
+
+/// What executes kernels. All give the same bits; they differ in what they cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tier {
+    /// For each batch what is fastest: machine code for few points, blocks for many.
+    #[default]
+    Automatic,
+    /// Machine code made by Cranelift, point after point.
+    MachineCode,
+    /// Blocks of points, one operation after the other, by kernels for this instruction set or,
+    /// where the processor lacks it, a narrower one.
+    Block(Kernels),
+    /// The reference interpreter; ten to forty times slower, on every platform.
+    Interpreter,
+}
+
+impl Tier {
+    /// Every tier with the name that it is chosen by.
+    pub const ALL: [(&'static str, Tier); 6] = [
+        ("automatic", Tier::Automatic),
+        ("machine-code", Tier::MachineCode),
+        ("block-avx512", Tier::Block(Kernels::Avx512)),
+        ("block-avx2", Tier::Block(Kernels::Avx2)),
+        ("block-baseline", Tier::Block(Kernels::Baseline)),
+        ("interpreter", Tier::Interpreter),
+    ];
+
+    /// The tier of this name.
+    pub fn named(name: &str) -> Option<Tier> {
+        let mut all = Tier::ALL.into_iter();
+        all.find(|(other, _)| *other == name).map(|(_, tier)| tier)
+    }
+
+    /// The kernels for work that is always done in blocks.
+    pub(super) fn kernels(self) -> Kernels {
+        match self {
+            Tier::Block(kernels) => kernels.or_narrower(),
+            _ => Kernels::widest(),
+        }
+    }
+}
