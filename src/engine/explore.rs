@@ -235,7 +235,11 @@ impl<'a> Workspaces<'a> {
     /// Lends a workspace to `work`.
     fn with<T>(&self, work: impl FnOnce(&mut Workspace) -> T) -> T {
         // A thread that panicked has not touched the list meanwhile.
-        let idle = || self.idle.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let idle = || {
+            self.idle
+                .lock()
+                .unwrap_or_else(|poisoned| poisoned.into_inner())
+        };
         let found = idle().pop();
         let mut workspace = found.unwrap_or_else(|| {
             let kernels = self.field.program().block_kernels();

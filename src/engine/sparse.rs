@@ -43,9 +43,8 @@ impl CompiledField {
         };
         let (sequence, scalars) = nest.within(trunk, &[region]);
         let first = 1 + program.dimension();
-        let is_zero = |operand: u32| {
-            scalar_place(operand).is_some_and(|place| scalars.double[place] == 0.0)
-        };
+        let is_zero =
+            |operand: u32| scalar_place(operand).is_some_and(|place| scalars.double[place] == 0.0);
         let places: Vec<usize> = (0..parameters)
             .filter(|place| !is_zero(sequence.outputs[first + place]))
             .collect();
@@ -84,7 +83,11 @@ impl SparseParameters<'_> {
             return;
         }
         let mut outputs: Vec<&mut [f64]> = vec![values];
-        outputs.extend(gradients[..dimension].iter_mut().map(|column| &mut **column));
+        outputs.extend(
+            gradients[..dimension]
+                .iter_mut()
+                .map(|column| &mut **column),
+        );
         let wanted = parameter_gradients[..self.places.len()].iter_mut();
         outputs.extend(wanted.map(|column| &mut **column));
         let points = &points[..dimension];

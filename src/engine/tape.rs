@@ -90,7 +90,10 @@ pub(super) fn assemble(lowered: &Lowered) -> Tape {
         values: vec![NONE; lowered.steps.len()],
         drafts: Vec::with_capacity(lowered.steps.len()),
     };
-    for (step, fused) in fuse::fuse(lowered, fuse::Choices::Fused).into_iter().enumerate() {
+    for (step, fused) in fuse::fuse(lowered, fuse::Choices::Fused)
+        .into_iter()
+        .enumerate()
+    {
         if let Some(fused) = fused {
             assembler.values[step] = assembler.draft(&fused);
         }

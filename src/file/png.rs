@@ -27,7 +27,10 @@ pub(super) fn write_image(output: &mut dyn Write, image: &Image) -> io::Result<(
     });
     let channels = if is_opaque { 3 } else { 4 };
     let pixels = image.pixels.iter();
-    let bytes: Vec<u8> = pixels.flat_map(|pixel| &pixel[..channels]).copied().collect();
+    let bytes: Vec<u8> = pixels
+        .flat_map(|pixel| &pixel[..channels])
+        .copied()
+        .collect();
     let mut writer = encoder.write_header().map_err(refused)?;
     writer.write_image_data(&bytes).map_err(refused)?;
     writer.finish().map_err(refused)
@@ -47,7 +50,9 @@ mod tests {
     use super::*;
 
     fn decoded(bytes: &[u8]) -> (::png::OutputInfo, Vec<u8>) {
-        let mut reader = ::png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
+        let mut reader = ::png::Decoder::new(io::Cursor::new(bytes))
+            .read_info()
+            .unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
         (info, pixels)
@@ -68,7 +73,11 @@ mod tests {
         image.pixels.iter_mut().for_each(|pixel| pixel[3] = 255);
         let (info, pixels) = decoded(&bytes(write_image, &image));
         assert_eq!(info.color_type, ColorType::Rgb);
-        let colors: Vec<u8> = image.pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let colors: Vec<u8> = image
+            .pixels
+            .iter()
+            .flat_map(|p| [p[0], p[1], p[2]])
+            .collect();
         assert_eq!(pixels, colors);
     }
 

@@ -55,7 +55,14 @@ pub(super) fn samples() -> Samples {
 
 /// Three columns and two rows, every pixel different, some of them transparent.
 pub(super) fn image() -> Image {
-    let pixel = |number: u8| [10 * number, 255 - number, 0, if number < 2 { 0 } else { 255 }];
+    let pixel = |number: u8| {
+        [
+            10 * number,
+            255 - number,
+            0,
+            if number < 2 { 0 } else { 255 },
+        ]
+    };
     Image {
         width: 3,
         height: 2,

@@ -79,6 +79,9 @@ fn show_product(value: &Value, precision: Option<usize>) -> String {
         .iter()
         .map(|(name, value)| format!("{name} {}", show(value, precision)))
         .collect();
-    let kind = value.kind().trim_start_matches("a ").trim_start_matches("an ");
+    let kind = value
+        .kind()
+        .trim_start_matches("a ")
+        .trim_start_matches("an ");
     format!("{kind}: {}", properties.join(", "))
 }

@@ -268,9 +268,7 @@ impl Camera {
     /// The derivatives of the point with respect to the screen coordinates, as columns.
     pub(super) fn jacobian(&self, [u, v, depth]: [f64; 3]) -> DMat3 {
         match self.projection {
-            Projection::Parallel { forward } => {
-                DMat3::from_cols(self.across, self.down, forward)
-            }
+            Projection::Parallel { forward } => DMat3::from_cols(self.across, self.down, forward),
             Projection::Central { near, step, .. } => {
                 let ray = self.corner + u * self.across + v * self.down;
                 let distance = near + depth * step;
@@ -298,7 +296,13 @@ impl Camera {
     fn crossed(&self) -> [[bool; 2]; 3] {
         let far = [self.size[0], self.size[1], self.slices].map(|count| count as f64);
         let corners = (0..8).map(|corner| {
-            let end = |axis: usize| if corner >> axis & 1 == 0 { 0.0 } else { far[axis] };
+            let end = |axis: usize| {
+                if corner >> axis & 1 == 0 {
+                    0.0
+                } else {
+                    far[axis]
+                }
+            };
             self.point([end(0), end(1), end(2)])
         });
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);

@@ -3,10 +3,10 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use super::Options;
 use super::camera::Camera;
 use super::color::{light, pixel};
 use super::space::{HeightMap, Hit};
-use super::Options;
 use crate::geometry::Image;
 use crate::math::scalar;
 

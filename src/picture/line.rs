@@ -6,7 +6,7 @@
 
 use glam::{DVec2, Vec3};
 
-use super::color::{Palette, PALETTE, light, pixel};
+use super::color::{PALETTE, Palette, light, pixel};
 use super::tone::round_number;
 use super::{Options, Picture, Statistics};
 use crate::engine::{CompiledField, Field};
@@ -104,7 +104,11 @@ impl Samples {
 
     /// What the graph shows of F: most of the values, and 0.
     fn range(&self) -> (f64, f64) {
-        let finite = self.values.iter().copied().filter(|value| value.is_finite());
+        let finite = self
+            .values
+            .iter()
+            .copied()
+            .filter(|value| value.is_finite());
         let mut sorted: Vec<f64> = finite.collect();
         sorted.sort_unstable_by(f64::total_cmp);
         let (Some(&least), Some(&greatest)) = (sorted.first(), sorted.last()) else {
@@ -131,7 +135,8 @@ impl Samples {
         let most = first.abs().max(second.abs()) * self.step;
         // A pole changes the sign of F, but not as its derivatives say.
         let opposes = change * first < 0.0 && change * second < 0.0;
-        change.is_finite() && (change.abs() <= 2.0 * pixel || change.abs() <= TRUST * most && !opposes)
+        change.is_finite()
+            && (change.abs() <= 2.0 * pixel || change.abs() <= TRUST * most && !opposes)
     }
 
     /// Where the joined values change their signs, in steps.
@@ -201,12 +206,20 @@ impl Canvas {
     /// Stripes where F is undefined.
     fn undefined(&mut self, samples: &Samples) {
         let [width, height] = self.size;
-        let Palette { undefined, undefined_stripe, .. } = &*PALETTE;
+        let Palette {
+            undefined,
+            undefined_stripe,
+            ..
+        } = &*PALETTE;
         for column in 0..width {
             if samples.values[DENSITY * column + DENSITY / 2].is_nan() {
                 for row in 0..height {
                     let is_stripe = (row + column) / 4 % 2 == 0;
-                    let light = if is_stripe { *undefined } else { *undefined_stripe };
+                    let light = if is_stripe {
+                        *undefined
+                    } else {
+                        *undefined_stripe
+                    };
                     self.lights[row * width + column] = light;
                     self.opacities[row * width + column] = 1.0;
                 }
@@ -253,6 +266,10 @@ impl Canvas {
 /// The multiples of a step between two numbers.
 fn multiples(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let (first, last) = ((low / step).ceil(), (high / step).floor());
-    let count = if last - first < 100.0 { (last - first + 1.0) as usize } else { 0 };
+    let count = if last - first < 100.0 {
+        (last - first + 1.0) as usize
+    } else {
+        0
+    };
     (0..count).map(move |index| (first + index as f64) * step)
 }

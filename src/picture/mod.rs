@@ -299,7 +299,12 @@ fn seen(
     let rough = size.map(|count| (count * ROUGH.min(longest)).div_ceil(longest));
     let map = height_map(field, &camera.resized(rough), monitor)?;
     let mut rectangle: Option<[usize; 4]> = None;
-    for (index, _) in map.hits.iter().enumerate().filter(|(_, hit)| **hit != Hit::Nothing) {
+    for (index, _) in map
+        .hits
+        .iter()
+        .enumerate()
+        .filter(|(_, hit)| **hit != Hit::Nothing)
+    {
         let (x, y) = (index % map.width, index / map.width);
         let [left, top, right, bottom] = rectangle.unwrap_or([x, y, x, y]);
         rectangle = Some([left.min(x), top.min(y), right.max(x), bottom.max(y)]);

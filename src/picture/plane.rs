@@ -284,8 +284,15 @@ impl<T: Copy + Default> Columns<T> {
         self.x.clear();
         self.y.clear();
         for row in rows.clone() {
-            self.y.resize(self.y.len() + columns.len(), narrow(frame.middle(0, row)[1]));
-            self.x.extend(columns.clone().map(|column| narrow(frame.middle(column, 0)[0])));
+            self.y.resize(
+                self.y.len() + columns.len(),
+                narrow(frame.middle(0, row)[1]),
+            );
+            self.x.extend(
+                columns
+                    .clone()
+                    .map(|column| narrow(frame.middle(column, 0)[0])),
+            );
         }
         self.values.resize(self.x.len(), T::default());
     }
@@ -439,7 +446,8 @@ impl Explorer for Shader {
     ) {
         let pixels = self.frame.pixels(cell);
         let Columns { x, y, values } = {
-            task.columns.place(&self.frame, &pixels, |coordinate| coordinate);
+            task.columns
+                .place(&self.frame, &pixels, |coordinate| coordinate);
             &mut task.columns
         };
         for gradient in &mut task.gradients {

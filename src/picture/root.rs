@@ -14,7 +14,7 @@ use crate::engine::{CompiledField, Field, Specialized};
 const PROBE: f64 = 1.0 / 64.0;
 
 /// How much F may fall around a root, compared with what the derivative says, and its inverse.
-const TRUST: f64 = 4.0;
+const TRUST: f64 = 1.25;
 
 /// How often a bracket is halved.
 const HALVINGS: usize = 26;
@@ -165,7 +165,12 @@ impl Rooter {
     /// One step from every guess, and whether it is believed.
     fn newton(&mut self, brackets: &[Bracket], field: &mut impl Evaluate) {
         self.place(brackets.iter().map(|bracket| {
-            let Bracket { outside, inside, guess, .. } = *bracket;
+            let Bracket {
+                outside,
+                inside,
+                guess,
+                ..
+            } = *bracket;
             (bracket.ray, outside + guess * (inside - outside))
         }));
         self.differentiate(field);
@@ -205,6 +210,9 @@ impl Rooter {
                 let is_believed =
                     before >= 0.0 && after < 0.0 && fall > 1.0 / TRUST && fall < TRUST;
                 if is_believed {
+                    // Between the probes F is straight but for a ten thousandth.
+                    let depth = surface.depth + length * (before / (before - after) - 0.5);
+                    self.found[place] = Some(Surface { depth, ..surface });
                     let guess = bracket.outside + bracket.guess * 0.5 * length / PROBE;
                     if (surface.depth - guess).abs() > 0.5 * length {
                         self.far.push(place);
@@ -245,7 +253,10 @@ impl Rooter {
     fn bisect(&mut self, brackets: &[Bracket], field: &mut impl Evaluate) {
         let mut hard = std::mem::take(&mut self.hard);
         let ray = |hard: &Hard| brackets[hard.place].ray;
-        self.place(hard.iter().flat_map(|hard| hard.ends.map(|depth| (ray(hard), depth))));
+        self.place(
+            hard.iter()
+                .flat_map(|hard| hard.ends.map(|depth| (ray(hard), depth))),
+        );
         self.evaluate(field);
         for (hard, values) in hard.iter_mut().zip(self.values.as_chunks::<2>().0) {
             hard.values = *values;

@@ -226,7 +226,13 @@ impl Rays<'_> {
     }
 
     /// Follows all rays to where they are inside or leave the cube; the former are found.
-    fn follow(&self, memory: &mut Memory, tile: &mut Tile, cell: &Cell, field: &mut Specialized<'_>) {
+    fn follow(
+        &self,
+        memory: &mut Memory,
+        tile: &mut Tile,
+        cell: &Cell,
+        field: &mut Specialized<'_>,
+    ) {
         while !memory.rays.is_empty() {
             memory.place(tile, cell.low.z as f32);
             memory.evaluate(self.in_single, field);
@@ -279,7 +285,11 @@ fn bracket(tile: &Tile, cell: &Cell, ray: &Ray, value: f32) -> Bracket {
         // Before the first slice there is nothing.
         outside: (inside - 1.0).max(0.0),
         inside,
-        guess: if guess.is_finite() { guess.clamp(0.01, 0.99) } else { 0.5 },
+        guess: if guess.is_finite() {
+            guess.clamp(0.01, 0.99)
+        } else {
+            0.5
+        },
     }
 }
 

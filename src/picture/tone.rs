@@ -109,7 +109,11 @@ fn tone(value: f64, slope: f32, longest: f32, step: Option<f64>) -> (Vec3, f32) 
         true => 0.0,
         false => (magnitude / slope).min(f32::MAX),
     };
-    let distance = if distance.is_nan() { f32::MAX } else { distance };
+    let distance = if distance.is_nan() {
+        f32::MAX
+    } else {
+        distance
+    };
     let signed = if value < 0.0 { -distance } else { distance };
     let reach = (distance / (0.35 * longest)).min(16.0);
     let part = 1.0 - scalar::exp(-f64::from(reach)) as f32;

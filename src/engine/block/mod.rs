@@ -90,7 +90,9 @@ pub(super) fn run<T: Float>(
             let mut few: [&mut [T::Block]; FEW] = Default::default();
             if results.len() <= FEW {
                 let count = results.len();
-                few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+                few.iter_mut()
+                    .zip(results)
+                    .for_each(|(few, result)| *few = result);
                 run(&mut few[..count]);
             } else {
                 let mut many: Vec<&mut [T::Block]> = results.collect();
@@ -139,7 +141,9 @@ fn run_block<N: Number>(
     let results = results.iter_mut().map(std::slice::from_mut);
     let mut few: [&mut [N::Block]; FEW] = Default::default();
     if count <= FEW {
-        few.iter_mut().zip(results).for_each(|(few, result)| *few = result);
+        few.iter_mut()
+            .zip(results)
+            .for_each(|(few, result)| *few = result);
         run(&mut few[..count]);
     } else {
         let mut many: Vec<&mut [N::Block]> = results.collect();

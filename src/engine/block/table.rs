@@ -30,7 +30,11 @@ impl Facts {
         let mut scalars = 0;
         let mut place = 0;
         while place < 3 {
-            let kind = if place < kinds.len() { kinds[place] } else { kinds[0] };
+            let kind = if place < kinds.len() {
+                kinds[place]
+            } else {
+                kinds[0]
+            };
             if let Kind::Scalar = kind {
                 scalars |= 1 << place;
             }
@@ -40,7 +44,12 @@ impl Facts {
             Some(kernel) => choices::choice(kernel),
             None => None,
         };
-        Facts { kernel, arity: kinds.len(), scalars, choice }
+        Facts {
+            kernel,
+            arity: kinds.len(),
+            scalars,
+            choice,
+        }
     }
 }
 

@@ -2,7 +2,9 @@
 
 use super::{Cell, Explorer, Specialized, Subdivision};
 use crate::engine::block::Kernels;
-use crate::engine::prune::{BOXES, Batch, Nest, Passes, Region, Scalars, Sequence, Specialiser, Trunk};
+use crate::engine::prune::{
+    BOXES, Batch, Nest, Passes, Region, Scalars, Sequence, Specialiser, Trunk,
+};
 use crate::engine::{CompiledField, Monitor};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
 

@@ -135,7 +135,10 @@ impl Nest {
                 self.enter(trunk, place, region);
             }
         }
-        let serves = path.len().checked_sub(1).and_then(|last| self.levels[last].serves);
+        let serves = path
+            .len()
+            .checked_sub(1)
+            .and_then(|last| self.levels[last].serves);
         (sequence(trunk, &self.levels, serves), &self.scalars)
     }
 

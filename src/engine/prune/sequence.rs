@@ -6,8 +6,8 @@
 
 use crate::engine::block::{Code, Kernel, Kind};
 use crate::engine::lower::{Lowered, Operand};
-use crate::engine::tape::{COORDINATE, Instruction, OUTPUT, Place, Source, Tape};
 use crate::engine::tape::fuse::{Choices, fuse, is_symmetric};
+use crate::engine::tape::{COORDINATE, Instruction, OUTPUT, Place, Source, Tape};
 use rustc_hash::FxHashMap;
 
 /// Marks an operand that is a place of the list of scalars. One that is marked by neither this
@@ -136,7 +136,9 @@ pub(super) fn encode(
             return steps.len() as u32 - 1;
         }
         // Every kernel has a code for lanes alone, so there is a scalar if none was found.
-        let scalar = operands[..arity].iter().position(|&operand| is_scalar(operand));
+        let scalar = operands[..arity]
+            .iter()
+            .position(|&operand| is_scalar(operand));
         let place = scalar.unwrap_or(0);
         steps.push(Step {
             operands: [operands[place]; 3],

@@ -124,7 +124,9 @@ impl Specialiser {
         child.outputs.clear();
         let outputs = sequence.outputs.iter();
         let places = &self.places[..length];
-        child.outputs.extend(outputs.map(|&output| place(places, output)));
+        child
+            .outputs
+            .extend(outputs.map(|&output| place(places, output)));
         if dropped {
             self.remove_unneeded(child);
         }

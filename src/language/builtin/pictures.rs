@@ -41,7 +41,9 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         // A name that no picture can have is said before the work.
         Format::of_path(path)
             .and_then(|format| format.check_holds("pictures"))
-            .map_err(|error| super::file_failure(&error).at(arguments.place("path"), "this file"))?;
+            .map_err(|error| {
+                super::file_failure(&error).at(arguments.place("path"), "this file")
+            })?;
     }
     let (field, bounds) = compiled_argument(session, arguments)?;
     let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
@@ -140,7 +142,10 @@ fn view(session: &mut Session, arguments: &Arguments) -> Outcome<Option<View>> {
             azimuth: *azimuth,
             elevation: *elevation,
         })),
-        _ => Err(arguments.bad("view", "`view` must be a name or [azimuth, elevation]".into())),
+        _ => Err(arguments.bad(
+            "view",
+            "`view` must be a name or [azimuth, elevation]".into(),
+        )),
     }
 }
 
