@@ -12,6 +12,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("sample", &["engine", "geometry"]),
     ("polygonize", &["engine", "geometry"]),
+    ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),
     (
         "language",
@@ -23,6 +24,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "picture",
             "file",
         ],
     ),
@@ -36,6 +38,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "picture",
             "file",
             "language",
         ],
@@ -50,6 +53,7 @@ const KEPT: &[(&str, &str)] = &[
     ("cranelift", "engine/jit"),
     ("clap", "shell"),
     ("indicatif", "shell"),
+    ("png", "file"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

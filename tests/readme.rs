@@ -67,3 +67,32 @@ fn every_command_of_the_readme_works() {
         assert_eq!(run.code, 0, "imp {}\n{}", command.join(" "), run.stderr);
     }
 }
+
+/// The picture that the README shows is the one that its command makes.
+#[test]
+fn the_picture_of_the_readme_is_up_to_date() {
+    let decoded = |path: &Path| {
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut bytes).unwrap();
+        (info.width, info.height, bytes)
+    };
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let command = commands()
+        .into_iter()
+        .find(|words| words.contains(&"part.png".to_owned()))
+        .unwrap();
+    let out = folder.path().to_str().unwrap();
+    let words = command.iter().map(String::as_str);
+    let words: Vec<&str> = words.chain(["--out", out]).collect();
+    imp_in(root, &words).well();
+    let shown = root.join("docs/part.png");
+    assert!(std::fs::metadata(&shown).unwrap().len() < 100_000);
+    let (shown, made) = (decoded(&shown), decoded(&folder.path().join("part.png")));
+    assert_eq!((shown.0, shown.1), (made.0, made.1));
+    // Decisions by wider bounds may move a root by less than can be seen.
+    let pairs = shown.2.iter().zip(&made.2);
+    assert!(pairs.into_iter().all(|(a, b)| a.abs_diff(*b) <= 2));
+}

@@ -81,6 +81,7 @@ codes! {
     W0803 DroppedPoints "points dropped",
     W0804 PoorRoots "roots beyond the tolerance",
     W0805 NoMachineCode "machine code that cannot be made",
+    W0806 NothingSeen "nothing to be seen in the picture",
 }
 
 impl Code {

@@ -82,6 +82,25 @@ impl Program {
         }
     }
 
+    /// Another program over these functions: `make` gets the graph with the roots, and the place
+    /// at which further parameters begin, and gives the new roots, functions of `dimension`
+    /// coordinates. The result's parameters are places of this program's q, then of the further
+    /// ones. It runs in blocks, so that nothing is compiled: what it serves, a picture, is made
+    /// once.
+    pub fn derived(
+        &self,
+        dimension: usize,
+        make: impl FnOnce(&mut Graph, &[NodeId], usize) -> Vec<NodeId>,
+    ) -> Program {
+        let mut graph = self.graph.clone();
+        let roots = make(&mut graph, &self.roots, self.parameters.len());
+        let tier = match self.tier {
+            Tier::Automatic | Tier::MachineCode => Tier::Block(Kernels::widest()),
+            chosen => chosen,
+        };
+        Program::with_tier(&graph, &roots, dimension, tier)
+    }
+
     /// The session-wide indices of the parameters that the roots depend on, ascending: the
     /// components of the program's q.
     pub fn parameters(&self) -> &[u32] {

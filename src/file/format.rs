@@ -5,8 +5,8 @@ use std::io::{self, BufRead, Write};
 use std::path::Path;
 
 use super::vm::{FieldRoot, ReadError};
-use super::{FileError, csv, obj, ply, stl, svg, vm};
-use crate::geometry::{Curves, Mesh, Samples};
+use super::{FileError, csv, obj, ply, png, stl, svg, vm};
+use crate::geometry::{Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 
 /// Turns a value into the bytes of a file.
@@ -29,6 +29,7 @@ pub struct Format {
     pub(super) plane_curves: Option<Writer<Curves>>,
     pub(super) space_curves: Option<Writer<Curves>>,
     pub(super) samples: Option<Writer<Samples>>,
+    pub(super) image: Option<Writer<Image>>,
     pub(super) field: Option<FieldReader>,
 }
 
@@ -42,6 +43,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(obj::write_curves),
         space_curves: Some(obj::write_curves),
         samples: Some(obj::write_samples),
+        image: None,
         field: None,
     },
     Format {
@@ -53,6 +55,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: None,
         space_curves: None,
         samples: None,
+        image: None,
         field: None,
     },
     Format {
@@ -64,6 +67,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: None,
         space_curves: None,
         samples: Some(ply::write_samples),
+        image: None,
         field: None,
     },
     Format {
@@ -75,6 +79,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(csv::write_curves),
         space_curves: Some(csv::write_curves),
         samples: Some(csv::write_samples),
+        image: None,
         field: None,
     },
     Format {
@@ -85,6 +90,19 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(svg::write_curves),
         space_curves: None,
         samples: None,
+        image: None,
+        field: None,
+    },
+    Format {
+        name: "PNG",
+        extensions: &["png"],
+        documentation: "A picture in sRGB with eight bits a channel, with opacity where it is \
+                        needed; lossless.",
+        mesh: None,
+        plane_curves: None,
+        space_curves: None,
+        samples: None,
+        image: Some(png::write_image),
         field: None,
     },
     Format {
@@ -96,6 +114,7 @@ pub static FORMATS: &[Format] = &[
         plane_curves: None,
         space_curves: None,
         samples: None,
+        image: None,
         field: Some(vm::read_field),
     },
 ];
@@ -123,6 +142,7 @@ impl Format {
             (self.plane_curves.is_some(), "plane curves"),
             (self.space_curves.is_some(), "curves in space"),
             (self.samples.is_some(), "samples"),
+            (self.image.is_some(), "pictures"),
             (self.field.is_some(), "fields"),
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);

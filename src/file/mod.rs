@@ -1,7 +1,7 @@
 //! Files: one format a file, all written whole or not at all.
 //!
-//! The last step of the way: meshes, curves and samples leave the program here, and fields that
-//! other programs made come in. The extension of the file name chooses the format from one table,
+//! The last step of the way: meshes, curves, samples and pictures leave the program here,
+//! and fields that other programs made come in. The extension of the file name chooses the format from one table,
 //! [`FORMATS`]; each format turns a value into bytes, or bytes into one, and knows nothing of
 //! paths. Text formats print every number with the fewest digits that read back as the same f64.
 
@@ -11,6 +11,7 @@ mod write;
 mod csv;
 mod obj;
 mod ply;
+mod png;
 mod stl;
 mod svg;
 mod vm;
@@ -26,7 +27,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::geometry::{Curves, Mesh, Samples};
+use crate::geometry::{Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 use format::Writer;
 pub use format::{FORMATS, Format};
@@ -137,6 +138,13 @@ pub fn write_samples(path: &Path, samples: &Samples) -> Result<(), FileError> {
     write_value(path, samples, "samples", |format| format.samples)
 }
 
+/// Writes a picture in the format that the extension names.
+///
+/// The file appears whole, or an error says why not and nothing has changed on the disk.
+pub fn write_image(path: &Path, image: &Image) -> Result<(), FileError> {
+    write_value(path, image, "pictures", |format| format.image)
+}
+
 /// Reads a field in the format that the extension names, and puts it into the graph over the
 /// nodes that stand for x, y and z.
 ///
@@ -204,7 +212,7 @@ mod tests {
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         type Write = fn(&Path) -> Result<(), FileError>;
-        let values: [(&str, Write); 4] = [
+        let values: [(&str, Write); 5] = [
             ("meshes", |path| write_mesh(path, &test_values::mesh())),
             ("plane curves", |path| {
                 write_curves(path, &test_values::plane_curves())
@@ -215,6 +223,7 @@ mod tests {
             ("samples", |path| {
                 write_samples(path, &test_values::samples())
             }),
+            ("pictures", |path| write_image(path, &test_values::image())),
         ];
         let mut written = Vec::new();
         for format in FORMATS {
@@ -234,7 +243,8 @@ mod tests {
         }
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
                         STL meshes, PLY meshes, PLY samples, \
-                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves";
+                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
+                        PNG pictures";
         assert_eq!(written.join(", "), expected);
     }
 
@@ -251,7 +261,7 @@ mod tests {
     fn messages_name_what_is_wrong_and_what_would_do() {
         let message = |result: Result<(), FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
-        let known = "known are .obj, .stl, .ply, .csv, .svg, .vm";
+        let known = "known are .obj, .stl, .ply, .csv, .svg, .png, .vm";
         assert_eq!(
             message(write_mesh(Path::new("a.xyz"), &mesh)),
             format!("no file format is called `.xyz`; {known}")

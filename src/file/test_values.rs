@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::{Curves, Mesh, Polyline, Samples};
+use crate::geometry::{Curves, Image, Mesh, Polyline, Samples};
 
 /// Numbers whose shortest text is long, tiny, huge, negative or zero.
 const AWKWARD: [f64; 9] = [
@@ -50,6 +50,23 @@ pub(super) fn samples() -> Samples {
         normals: (0..4).map(unit).collect(),
         radii: AWKWARD[..4].to_vec(),
         residuals: AWKWARD[5..].to_vec(),
+    }
+}
+
+/// Three columns and two rows, every pixel different, some of them transparent.
+pub(super) fn image() -> Image {
+    let pixel = |number: u8| {
+        [
+            10 * number,
+            255 - number,
+            0,
+            if number < 2 { 0 } else { 255 },
+        ]
+    };
+    Image {
+        width: 3,
+        height: 2,
+        pixels: (0..6).map(pixel).collect(),
     }
 }
 

@@ -1,11 +1,12 @@
-//! What comes out: points, curves and meshes, and what can be measured on them.
+//! What comes out: points, curves, meshes and images, and what can be measured on them.
 //!
-//! Samplers and polygonizers make [`Samples`], [`Curves`] and a [`Mesh`]; the file writers and
-//! the measures of the language take them from here. Nothing in this room knows how they came
+//! Samplers and polygonizers make [`Samples`], [`Curves`] and a [`Mesh`], pictures are an
+//! [`Image`]; the file writers and the measures of the language take them from here. Nothing in this room knows how they came
 //! to be.
 
 mod bounds;
 mod curves;
+mod image;
 mod mesh;
 mod samples;
 
@@ -18,6 +19,7 @@ mod topology;
 
 pub use bounds::Bounds;
 pub use curves::{Curves, Polyline};
+pub use image::Image;
 pub use mesh::Mesh;
 pub use neighbours::{Spacing, nearest_distances};
 pub use samples::Samples;

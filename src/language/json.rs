@@ -23,7 +23,7 @@ pub fn json(value: &Value) -> Json {
             ends.insert("hi".into(), json_number(interval.high));
             Json::Object(ends)
         }
-        Value::Mesh(_) | Value::Samples(_) | Value::Curves(_) => {
+        Value::Mesh(_) | Value::Samples(_) | Value::Curves(_) | Value::Image(_) => {
             let properties = product::summary(value);
             let mut object: Map<String, Json> = properties
                 .iter()

@@ -1,4 +1,4 @@
-//! What scripts make: samples, meshes and curves, with their properties.
+//! What scripts make: samples, meshes, curves and images, with their properties.
 //!
 //! One table of properties for each kind serves `value.name`, the JSON summaries and the list of
 //! names in messages.
@@ -10,6 +10,7 @@ use super::value::{Value, failure};
 use crate::diagnostic::{Code, Diagnostic, suggest};
 use crate::geometry::{Bounds, Curves, Mesh, Samples, Spacing, Topology};
 use crate::graph::Interval;
+use crate::picture::Picture;
 use crate::polygonize;
 use crate::sample;
 use crate::syntax::tree::Name;
@@ -47,6 +48,15 @@ pub struct CurveSet {
     pub method: &'static str,
     /// What the polygonizer tells.
     pub statistics: polygonize::Statistics,
+}
+
+/// An image and how it came about.
+#[derive(Debug)]
+pub struct ImageSet {
+    /// The pixels and what is known of them.
+    pub picture: Picture,
+    /// The dimension of the field that is seen.
+    pub dimension: usize,
 }
 
 impl SampleSet {
@@ -236,6 +246,20 @@ const CURVES: &[Property<CurveSet>] = &[
     }),
 ];
 
+const IMAGE: &[Property<ImageSet>] = &[
+    shown("width", |set| count(set.picture.image.width)),
+    shown("height", |set| count(set.picture.image.height)),
+    shown("covered", |set| number(set.picture.statistics.covered)),
+    shown("undefined", |set| {
+        number(set.picture.statistics.undefined as f64)
+    }),
+    shown("jumps", |set| match set.dimension {
+        3 => number(set.picture.statistics.jumps as f64),
+        _ => None,
+    }),
+    shown("step", |set| set.picture.statistics.step.and_then(number)),
+];
+
 /// A property of a value; `None` if there is none of that name, or it cannot be given.
 pub fn property(value: &Value, name: &str) -> Option<Value> {
     match value {
@@ -245,6 +269,7 @@ pub fn property(value: &Value, name: &str) -> Option<Value> {
         Value::Mesh(set) => find(MESH, set, name),
         Value::Samples(set) => find(SAMPLES, set, name),
         Value::Curves(set) => find(CURVES, set, name),
+        Value::Image(set) => find(IMAGE, set, name),
         _ => None,
     }
 }
@@ -262,6 +287,7 @@ pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
         Value::Mesh(set) => shown_values(MESH, set),
         Value::Samples(set) => shown_values(SAMPLES, set),
         Value::Curves(set) => shown_values(CURVES, set),
+        Value::Image(set) => shown_values(IMAGE, set),
         _ => Vec::new(),
     }
 }
@@ -274,6 +300,7 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
         Value::Mesh(_) => MESH.iter().map(|property| property.name).collect(),
         Value::Samples(_) => SAMPLES.iter().map(|property| property.name).collect(),
         Value::Curves(_) => CURVES.iter().map(|property| property.name).collect(),
+        Value::Image(_) => IMAGE.iter().map(|property| property.name).collect(),
         _ => Vec::new(),
     }
 }

@@ -30,7 +30,9 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         }
         Value::Function(function) => show_function(function),
         Value::Field(field) => show_field(field),
-        Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) => show_product(value, precision),
+        Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) | Value::Image(_) => {
+            show_product(value, precision)
+        }
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()
         }
@@ -77,6 +79,9 @@ fn show_product(value: &Value, precision: Option<usize>) -> String {
         .iter()
         .map(|(name, value)| format!("{name} {}", show(value, precision)))
         .collect();
-    let kind = value.kind().trim_start_matches("a ");
+    let kind = value
+        .kind()
+        .trim_start_matches("a ")
+        .trim_start_matches("an ");
     format!("{kind}: {}", properties.join(", "))
 }

@@ -9,7 +9,7 @@ use std::rc::Rc;
 use super::field::FieldValue;
 use super::function::FunctionValue;
 use super::list::List;
-use super::product::{CurveSet, MeshSet, SampleSet};
+use super::product::{CurveSet, ImageSet, MeshSet, SampleSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
 
@@ -43,6 +43,8 @@ pub enum Value {
     Mesh(Rc<MeshSet>),
     /// Curves in the plane.
     Curves(Rc<CurveSet>),
+    /// A picture.
+    Image(Rc<ImageSet>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
     Nothing,
     /// What a script's action would have made, where definitions are checked without running
@@ -91,6 +93,7 @@ impl Value {
             Value::Samples(_) => "samples",
             Value::Mesh(_) => "a mesh",
             Value::Curves(_) => "a curve set",
+            Value::Image(_) => "an image",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
         }

@@ -45,6 +45,11 @@ pub(super) enum Command {
         after_help = "Example:\n  imp sample examples/blobs.imp -o blobs.ply --method dynamic --count 20000 --seed 1"
     )]
     Sample(Sample),
+    /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
+    #[command(
+        after_help = "Examples:\n  imp render examples/csg.imp part -o part.png --occlusion\n  imp render examples/torus.imp -o torus.png --view 30,20 --perspective 35 --size 800x600\n  imp render examples/cassini.imp -o ovals.png --size 1024\n  imp render scene.imp \"a & !b\" -o cut.png --bounds \"[-1..1, -1..1, 0..2]\" --view top --transparent\n\nThe box, from the field's `over` or from `--bounds`, cuts solids: cuts are shown flat and orange.\nGrey is where the field is not a number, or jumps below 0 without a zero."
+    )]
+    Render(Render),
     /// Lists a file's fields and parameters
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
@@ -155,6 +160,9 @@ pub(super) struct Mesh {
     /// Closes the surface where the box cuts it
     #[arg(long)]
     pub(super) cap: bool,
+    /// The greatest |F|/|F_x|, relative to the box's diagonal
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) tolerance: Option<String>,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -175,6 +183,45 @@ pub(super) struct Sample {
     /// The friction of dynamic particles
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
+    /// The greatest |F|/|F_x|, relative to the box's diagonal
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) tolerance: Option<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Render {
+    #[command(flatten)]
+    pub(super) subject: Subject,
+    /// Pixels: of the longer side, or WIDTHxHEIGHT [default: 512]
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
+    pub(super) size: Option<String>,
+    /// In the plane: shaded, with contour lines, or fill, inside and outside only [default: shaded]
+    #[arg(long, value_name = "NAME")]
+    pub(super) style: Option<String>,
+    /// In the plane: the difference between contour lines
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) step: Option<String>,
+    /// In space: isometric, front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees
+    /// [default: isometric]
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
+    pub(super) view: Option<String>,
+    /// In space: the angle of view, instead of parallel rays
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    pub(super) perspective: Option<f64>,
+    /// In space: shows the whole box, not only the part of it where something is
+    #[arg(long)]
+    pub(super) whole: bool,
+    /// In space: darkens corners that little light reaches
+    #[arg(long)]
+    pub(super) occlusion: bool,
+    /// In space: rays along each side of a pixel, 1 to 8; more make smoother edges [default: 2]
+    #[arg(long, value_name = "N", allow_hyphen_values = true)]
+    pub(super) samples: Option<String>,
+    /// Leaves out what is outside: the picture is transparent there
+    #[arg(long)]
+    pub(super) transparent: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -192,9 +239,6 @@ pub(super) struct Subject {
     /// The box: one interval for all axes, or a list of one for each
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) bounds: Option<String>,
-    /// The greatest |F|/|F_x|, relative to the box's diagonal
-    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
-    pub(super) tolerance: Option<String>,
 }
 
 #[derive(Args, Debug)]
@@ -238,6 +282,7 @@ impl Command {
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,
+            Command::Render(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
         }

@@ -1,5 +1,5 @@
 //! `imp mesh` and `imp sample`: the language's `polygonize` and `sample` with their arguments as
-//! flags, and a file for the result.
+//! flags, and a file for the result; what `imp render` does with `plot` is the same.
 
 use std::path::{Path, PathBuf};
 
@@ -16,7 +16,7 @@ use crate::language::show::show;
 use crate::language::{Mode, Outcome, Value};
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
-type Flag<'a> = (&'static str, Option<&'a str>);
+pub(super) type Flag<'a> = (&'static str, Option<&'a str>);
 
 /// Polygonizes a field; fails with an exit code.
 pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
@@ -27,6 +27,7 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("resolution", command.resolution.as_deref()),
         ("iso", command.iso.as_deref()),
         ("cap", command.cap.then_some("true")),
+        ("tolerance", command.tolerance.as_deref()),
     ];
     make("polygonize", &command.subject, &flags, &command.common)
 }
@@ -39,12 +40,13 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         ("count", command.count.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),
+        ("tolerance", command.tolerance.as_deref()),
     ];
     make("sample", &command.subject, &flags, &command.common)
 }
 
 /// A word as a string of the language.
-fn quoted(word: &str) -> String {
+pub(super) fn quoted(word: &str) -> String {
     let escaped = word
         .replace('\\', "\\\\")
         .replace('"', "\\\"")
@@ -53,7 +55,14 @@ fn quoted(word: &str) -> String {
     format!("\"{escaped}\"")
 }
 
-fn make(function: &str, subject: &Subject, flags: &[Flag<'_>], common: &Common) -> Result<(), u8> {
+/// Calls a function of the language with the field and the flags, writes what it gives, and
+/// shows its properties.
+pub(super) fn make(
+    function: &str,
+    subject: &Subject,
+    flags: &[Flag<'_>],
+    common: &Common,
+) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     if let Some(path) = &subject.output {
         // A name that no format knows is said before the work, not after it.
@@ -65,12 +74,9 @@ fn make(function: &str, subject: &Subject, flags: &[Flag<'_>], common: &Common) 
         check_format(path, function, field.dimension())
             .map_err(|error| workspace.fail(&[*error]))?;
     }
-    let both = [
-        ("bounds", subject.bounds.as_deref()),
-        ("tolerance", subject.tolerance.as_deref()),
-    ];
+    let bounds = ("bounds", subject.bounds.as_deref());
     let mut options = Vec::new();
-    for (name, text) in flags.iter().chain(&both) {
+    for (name, text) in flags.iter().chain([&bounds]) {
         if let Some(text) = text {
             let value = workspace.parse(&format!("<--{name}>"), text)?;
             options.push((*name, value));
@@ -96,6 +102,7 @@ fn make(function: &str, subject: &Subject, flags: &[Flag<'_>], common: &Common) 
 fn check_format(path: &Path, function: &str, dimension: usize) -> Outcome<()> {
     let kind = match (function, dimension) {
         ("sample", _) => "samples",
+        ("plot", _) => "pictures",
         (_, 3) => "meshes",
         (_, 2) => "plane curves",
         _ => return Err(roots_to_file()),
@@ -124,6 +131,7 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
         Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
         Value::Curves(set) => file::write_curves(&path, &set.curves),
         Value::Samples(set) => file::write_samples(&path, &set.samples),
+        Value::Image(set) => file::write_image(&path, &set.picture.image),
         _ => return Err(roots_to_file()),
     };
     result.map_err(|error| file_failure(&error))?;

@@ -13,6 +13,7 @@ mod info;
 mod make;
 mod output;
 mod progress;
+mod render;
 mod run;
 mod workspace;
 
@@ -52,6 +53,7 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Eval(command) => eval::eval(command),
         Command::Mesh(command) => make::mesh(command),
         Command::Sample(command) => make::sample(command),
+        Command::Render(command) => render::render(command),
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
     }

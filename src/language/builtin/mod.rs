@@ -8,6 +8,7 @@ mod arguments;
 mod calculus;
 mod lists;
 mod mathematics;
+mod pictures;
 mod script;
 mod surfaces;
 
@@ -61,11 +62,12 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 static ALL: LazyLock<Vec<&'static Builtin>> = LazyLock::new(|| {
-    let tables: [&'static [Builtin]; 5] = [
+    let tables: [&'static [Builtin]; 6] = [
         mathematics::TABLE,
         lists::TABLE,
         calculus::TABLE,
         surfaces::TABLE,
+        pictures::TABLE,
         script::TABLE,
     ];
     let mut all: Vec<&'static Builtin> = tables.into_iter().flatten().collect();

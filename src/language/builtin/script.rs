@@ -38,7 +38,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves or samples to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg.",
+        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png.",
         export,
     ),
     pure(
@@ -89,30 +89,49 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 }
 
 fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    if let Some(path) = output_path(session, arguments)? {
+        write(session, arguments, &path, &arguments.value("value"))?;
+    }
+    Ok(Value::Nothing)
+}
+
+/// Where the argument `path` leads, if it is given and may be written to.
+pub(super) fn output_path(session: &Session, arguments: &Arguments) -> Outcome<Option<PathBuf>> {
     let Some(given) = arguments.text("path")? else {
-        return Ok(Value::Nothing);
+        return Ok(None);
     };
-    let place = arguments.place("path");
     if given.contains(char::is_control) {
         return Err(arguments.bad("path", "a control character in a file name".into()));
     }
-    let path =
-        allowed_path(&session.output_directories, Path::new(&given)).at(place, "this path")?;
+    allowed_path(&session.output_directories, Path::new(&given))
+        .map(Some)
+        .at(arguments.place("path"), "this path")
+}
+
+/// Writes a value to the file that the argument `path` names.
+pub(super) fn write(
+    session: &mut Session,
+    arguments: &Arguments,
+    path: &Path,
+    value: &Value,
+) -> Outcome<()> {
+    let place = arguments.place("path");
     let failed = |error: FileError| file_failure(&error).at(place, "this file");
     if let Some(directory) = session.output_directories.first() {
         file::create_folder(directory).map_err(failed)?;
     }
-    let result = match arguments.value("value") {
-        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
-        Value::Curves(set) => file::write_curves(&path, &set.curves),
-        Value::Samples(set) => file::write_samples(&path, &set.samples),
+    let result = match value {
+        Value::Mesh(set) => file::write_mesh(path, &set.mesh),
+        Value::Curves(set) => file::write_curves(path, &set.curves),
+        Value::Samples(set) => file::write_samples(path, &set.samples),
+        Value::Image(set) => file::write_image(path, &set.picture.image),
         other => {
-            return Err(arguments.expected("a mesh, curves or samples", "value", &other));
+            return Err(arguments.expected("a mesh, curves, samples or an image", "value", other));
         }
     };
     result.map_err(failed)?;
-    session.host.wrote(&path);
-    Ok(Value::Nothing)
+    session.host.wrote(path);
+    Ok(())
 }
 
 fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {

@@ -117,7 +117,7 @@ fn field_argument(
 }
 
 /// The field, compiled, and the box that was asked for.
-fn compiled_argument(
+pub(super) fn compiled_argument(
     session: &mut Session,
     arguments: &Arguments,
 ) -> Outcome<(CompiledField, Option<Bounds>)> {
@@ -188,7 +188,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     Ok(value)
 }
 
-fn no_bounds(arguments: &Arguments) -> Box<Diagnostic> {
+pub(super) fn no_bounds(arguments: &Arguments) -> Box<Diagnostic> {
     let mut error = failure(
         Code::NoBounds,
         "the field has no domain, so it is not known where to look for its zeros",

@@ -1,0 +1,204 @@
+//! Pictures as a function of the language.
+
+use std::rc::Rc;
+
+use super::script::{output_path, write};
+use super::surfaces::{compiled_argument, no_bounds};
+use super::{Arguments, Builtin, action};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::engine::Field;
+use crate::file::Format;
+use crate::geometry::Bounds;
+use crate::language::function::At;
+use crate::language::product::ImageSet;
+use crate::language::session::Session;
+use crate::language::value::{Outcome, Value, failure};
+use crate::picture::{self, Options, Picture, PictureError, Size, Style, View};
+
+pub(super) const TABLE: &[Builtin] = &[action(
+    "plot",
+    &[
+        "f",
+        "path =",
+        "size = 512",
+        "bounds =",
+        "style = \"shaded\"",
+        "step =",
+        "view = \"isometric\"",
+        "perspective =",
+        "whole = false",
+        "occlusion = false",
+        "samples = 2",
+        "transparent = false",
+    ],
+    "A picture of a field, written to a PNG file if a path is given: a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
+    plot,
+)];
+
+fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let path = output_path(session, arguments)?;
+    if let Some(path) = &path {
+        // A name that no picture can have is said before the work.
+        Format::of_path(path)
+            .and_then(|format| format.check_holds("pictures"))
+            .map_err(|error| {
+                super::file_failure(&error).at(arguments.place("path"), "this file")
+            })?;
+    }
+    let (field, bounds) = compiled_argument(session, arguments)?;
+    let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
+    let options = options(session, arguments, bounds)?;
+    let picture = picture::render(&field, &options, session.host.monitor())
+        .map_err(|error| picture_failure(&error, arguments))?;
+    let dimension = field.dimension();
+    warn(session, arguments, &picture, dimension);
+    let value = Value::Image(Rc::new(ImageSet { picture, dimension }));
+    if let Some(path) = path {
+        write(session, arguments, &path, &value)?;
+    }
+    Ok(value)
+}
+
+fn options(session: &mut Session, arguments: &Arguments, bounds: Bounds) -> Outcome<Options> {
+    let mut options = Options::new(bounds);
+    if let Some(size) = size(session, arguments)? {
+        options.size = size;
+    }
+    match arguments.text("style")?.as_deref() {
+        None | Some("shaded") => {}
+        Some("fill") => options.style = Style::Fill,
+        Some(other) => {
+            let message = format!("`style` must be \"shaded\" or \"fill\", not \"{other}\"");
+            return Err(arguments.bad("style", message));
+        }
+    }
+    options.step = arguments.positive(session, "step")?;
+    if let Some(view) = view(session, arguments)? {
+        options.view = view;
+    }
+    options.perspective = arguments.positive(session, "perspective")?;
+    if let Some(samples) = arguments.count(session, "samples")? {
+        options.samples = usize::try_from(samples).unwrap_or(usize::MAX);
+    }
+    let switches = [
+        ("whole", &mut options.whole),
+        ("occlusion", &mut options.occlusion),
+        ("transparent", &mut options.transparent),
+    ];
+    for (name, switch) in switches {
+        if let Some(value) = arguments.bool(session, name)? {
+            *switch = value;
+        }
+    }
+    Ok(options)
+}
+
+/// A whole number of pixels, or one for each side.
+fn size(session: &mut Session, arguments: &Arguments) -> Outcome<Option<Size>> {
+    let Some(value) = arguments.plain(session, "size")? else {
+        return Ok(None);
+    };
+    let whole = |value: &Value| match value {
+        Value::Number(number) if *number >= 0.0 && number.floor() == *number => {
+            // Too large a number stays too large.
+            Some(*number as usize)
+        }
+        _ => None,
+    };
+    let size = match &value {
+        Value::List(sides) => match (sides.len(), sides.iter().map(whole).collect()) {
+            (2, Some::<Vec<usize>>(sides)) => Some(Size::Exact([sides[0], sides[1]])),
+            _ => None,
+        },
+        other => whole(other).map(Size::Longest),
+    };
+    size.map(Some).ok_or_else(|| {
+        let message = "`size` must be a whole number of pixels, or [width, height]";
+        arguments.bad("size", message.into())
+    })
+}
+
+/// A view by its name or by its angles.
+fn view(session: &mut Session, arguments: &Arguments) -> Outcome<Option<View>> {
+    let angles = match arguments.plain(session, "view")? {
+        None => return Ok(None),
+        Some(Value::Text(name)) => {
+            return View::named(&name).map(Some).ok_or_else(|| {
+                let names: Vec<&str> = View::names().collect();
+                let message = format!("there is no view \"{name}\"");
+                let mut error = arguments.bad("view", message);
+                error.help = Some(format!(
+                    "the views are {}; or give [azimuth, elevation], as in [30deg, 20deg]",
+                    names.join(", ")
+                ));
+                error
+            });
+        }
+        Some(Value::List(angles)) => angles,
+        Some(other) => return Err(arguments.expected("a string or two angles", "view", &other)),
+    };
+    match &angles[..] {
+        [Value::Number(azimuth), Value::Number(elevation)] => Ok(Some(View {
+            azimuth: *azimuth,
+            elevation: *elevation,
+        })),
+        _ => Err(arguments.bad(
+            "view",
+            "`view` must be a name or [azimuth, elevation]".into(),
+        )),
+    }
+}
+
+fn picture_failure(error: &PictureError, arguments: &Arguments) -> Box<Diagnostic> {
+    let message = error.to_string();
+    match error {
+        PictureError::BadOption { option, .. } => arguments.bad(option, message),
+        PictureError::WrongDimension { .. } => {
+            failure(Code::WrongDimension, message).at(arguments.span, "here")
+        }
+        PictureError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
+    }
+}
+
+fn warn(session: &mut Session, arguments: &Arguments, picture: &Picture, dimension: usize) {
+    let statistics = &picture.statistics;
+    let mut warn = |code, message: String, help: &str| {
+        let warning = Diagnostic::warning(code, message)
+            .label(arguments.span, "drawn here")
+            .help(help);
+        session.host.warn(warning);
+    };
+    if statistics.undefined > 0 {
+        let (kind, shown) = match dimension {
+            3 => ("points that were looked at", "which count as outside"),
+            2 => ("pixels", "which are grey"),
+            _ => ("points", "where there is no curve"),
+        };
+        warn(
+            Code::NanRegion,
+            format!(
+                "the field is not a number at {} {kind}, {shown}",
+                statistics.undefined
+            ),
+            "look for square roots and logarithms of negative numbers, and for 0/0",
+        );
+    }
+    if statistics.jumps > 0 {
+        warn(
+            Code::PoorRoots,
+            format!(
+                "{} of the rays end where the field jumps below 0, has a pole or begins to be \
+                 defined, not at a zero; that is drawn grey",
+                statistics.jumps
+            ),
+            "a pole such as 1/x changes its sign without a zero",
+        );
+    }
+    if dimension == 3 && statistics.covered == 0.0 {
+        warn(
+            Code::NothingSeen,
+            "nothing is seen: no ray meets the inside of the field in the box".into(),
+            "enlarge the box, check the sign of the field, or use more pixels for what is thin",
+        );
+    }
+}
