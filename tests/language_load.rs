@@ -52,9 +52,15 @@ fn refuses(vm: &str, words: &[&str]) {
 const BALL: &str = "_x var-x\n_y var-y\n_z var-z\n_a square _x\n_b square _y\n_c square _z\n\
                     _d add _a _b\n_e add _d _c\n_1 const 1\n_f sub _e _1\n";
 
+/// What an operation of one operand computes.
+type One = fn(f64) -> f64;
+
+/// What an operation of two operands computes.
+type Two = fn(f64, f64) -> f64;
+
 #[test]
 fn every_operation_has_its_value() {
-    let of_one: [(&str, fn(f64) -> f64); 17] = [
+    let of_one: [(&str, One); 17] = [
         ("neg", |a| -a),
         ("abs", f64::abs),
         ("recip", f64::recip),
@@ -73,7 +79,7 @@ fn every_operation_has_its_value() {
         ("ln", f64::ln),
         ("not", |a| f64::from(a == 0.0)),
     ];
-    let of_two: [(&str, fn(f64, f64) -> f64); 11] = [
+    let of_two: [(&str, Two); 11] = [
         ("add", |a, b| a + b),
         ("sub", |a, b| a - b),
         ("mul", |a, b| a * b),

@@ -40,6 +40,11 @@ mod interpret;
 
 mod jit;
 
+#[cfg(test)]
+#[allow(dead_code)]
+#[path = "../../tests/engine_common/expressions.rs"]
+mod test_expressions;
+
 pub use block::Kernels;
 pub use compiled::CompiledField;
 pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};

@@ -2,13 +2,9 @@
 
 use super::*;
 use crate::engine::lower;
+use crate::engine::test_expressions::{PARAMETERS, Random, SPECIAL, direct, expression};
 use crate::graph::interval::enclose;
 use crate::graph::{Graph, NodeId};
-use expressions::{PARAMETERS, Random, SPECIAL, direct, expression};
-
-#[allow(dead_code)]
-#[path = "../../../../tests/engine_common/expressions.rs"]
-mod expressions;
 
 /// Cuts everywhere.
 const SHORT: Lengths = Lengths { whole: 0, chunk: 3 };

@@ -1,13 +1,10 @@
 //! Code for many points against the interpreter (f64) and the block tier (f32), bit for bit.
 
 use super::*;
+use crate::engine::test_expressions::{PARAMETERS, Random, SPECIAL, expression, points};
 use crate::engine::{interpret, lower, tape};
 use crate::graph::{Graph, NodeId, Op};
-use expressions::{PARAMETERS, Random, SPECIAL, expression, points};
 
-#[allow(dead_code)]
-#[path = "../../../../tests/engine_common/expressions.rs"]
-mod expressions;
 #[path = "../../../../tests/engine_common/fields.rs"]
 mod fields;
 
