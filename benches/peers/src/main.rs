@@ -1,4 +1,5 @@
-//! Imp's engine beside fidget's, in one process: values, gradients and bounds of the same fields.
+//! Imp's engine beside fidget's, in one process: values, gradients, bounds and
+//! pictures of the same fields.
 //!
 //! First says how far the results of the two are apart, then prints a Markdown table of speeds
 //! and ratios. See the README beside it for the options.
@@ -7,6 +8,7 @@ mod measure;
 mod options;
 mod own;
 mod peer;
+mod pictures;
 mod points;
 mod subjects;
 
@@ -58,8 +60,8 @@ fn main() -> ExitCode {
         }
     };
     println!(
-        "Imp's kernels: {:?}; {} rounds\n",
-        options.kernels, options.rounds
+        "Imp's tier: {:?}; {} rounds\n",
+        options.tier, options.rounds
     );
     if options.prospero.is_none() {
         println!("prospero is left out: neither `--prospero FILE` nor PROSPERO names its file\n");
@@ -71,6 +73,10 @@ fn main() -> ExitCode {
     let subjects: Vec<&Subject> = subjects.iter().filter(chosen).collect();
     for subject in &subjects {
         compare(subject, &options);
+        if let Err(message) = pictures::compare(subject, &options) {
+            eprintln!("{message}");
+            return ExitCode::FAILURE;
+        }
     }
     println!(
         "\nMillion points or boxes a second.\n\n\
@@ -83,6 +89,10 @@ fn main() -> ExitCode {
             values(subject, threads, &options);
             gradients(subject, threads, &options);
             bounds(subject, threads, &options);
+            if let Err(message) = pictures::pictures(subject, threads, &options) {
+                eprintln!("{message}");
+                return ExitCode::FAILURE;
+            }
         }
     }
     ExitCode::SUCCESS
@@ -90,11 +100,11 @@ fn main() -> ExitCode {
 
 /// The largest differences between the two programs' results, relative to results beyond 1.
 fn compare(subject: &Subject, options: &Options) {
-    let own = |what| own::results(subject, options.kernels, what, COMPARED);
+    let own = |what| own::results(subject, options.tier, what, COMPARED);
     let values = peer::value_results::<VmFunction>(subject, COMPARED);
     let compiled = peer::value_results::<JitFunction>(subject, COMPARED);
     let gradients = peer::gradient_results::<VmFunction>(subject, COMPARED);
-    let bounds = own::bound_results(subject, options.kernels, BOXES);
+    let bounds = own::bound_results(subject, options.tier, BOXES);
     let peer_bounds = peer::bound_results::<VmFunction>(subject, BOXES);
     println!(
         "{}: largest difference of F {} (f32), {} (f64), to its JIT {}; of F_x {} (f32), {} \
@@ -160,7 +170,7 @@ fn contenders(
 }
 
 fn values(subject: &Subject, threads: usize, options: &Options) {
-    let own = |what| move |count| own::evaluate(subject, options.kernels, what, count);
+    let own = |what| move |count| own::evaluate(subject, options.tier, what, count);
     let outcome = compete(
         contenders("f32", threads, own(What::Values32))
             .chain(contenders("f64", threads, own(What::Values64)))
@@ -185,7 +195,7 @@ fn values(subject: &Subject, threads: usize, options: &Options) {
 }
 
 fn gradients(subject: &Subject, threads: usize, options: &Options) {
-    let own = |what| move |count| own::evaluate(subject, options.kernels, what, count);
+    let own = |what| move |count| own::evaluate(subject, options.tier, what, count);
     let mut all: Vec<Contender> = contenders("f32", threads, own(What::Gradients32))
         .chain(contenders("f64", threads, own(What::Gradients64)))
         .chain(contenders("JIT", threads, |count| {
@@ -219,13 +229,13 @@ fn gradients(subject: &Subject, threads: usize, options: &Options) {
 fn bounds(subject: &Subject, threads: usize, options: &Options) {
     let contender =
         |label, task: &dyn Fn() -> measure::Task| Contender::new(label, threads, BOXES, task);
-    let kernels = options.kernels;
+    let tier = options.tier;
     let outcome = compete(
         vec![
             contender("together", &|| {
-                own::bounds_together(subject, kernels, BOXES)
+                own::bounds_together(subject, tier, BOXES)
             }),
-            contender("alone", &|| own::bounds_alone(subject, kernels, BOXES)),
+            contender("alone", &|| own::bounds_alone(subject, tier, BOXES)),
             contender("JIT", &|| peer::shape_bounds::<JitFunction>(subject, BOXES)),
             contender("VM", &|| peer::shape_bounds::<VmFunction>(subject, BOXES)),
             contender("inner JIT", &|| peer::bounds::<JitFunction>(subject, BOXES)),

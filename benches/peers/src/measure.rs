@@ -40,6 +40,18 @@ impl Contender {
         }
     }
 
+    /// A contender with one task, which finds threads by itself.
+    pub fn single(label: &'static str, task: Task) -> Contender {
+        Contender {
+            label,
+            tasks: vec![task],
+            // One picture is a million of its millionth parts, so that the rate is in pictures.
+            items: 1_000_000,
+            calls: 1,
+            rates: Vec::new(),
+        }
+    }
+
     /// The time of a round: of the slowest thread.
     fn round(&mut self) -> Duration {
         let calls = self.calls;

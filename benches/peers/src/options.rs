@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use imp::engine::Kernels;
+use imp::engine::{Kernels, Tier};
 
 /// What is measured and how.
 pub struct Options {
-    /// Imp's instruction set.
-    pub kernels: Kernels,
+    /// What executes Imp's programs.
+    pub tier: Tier,
     /// Numbers of threads.
     pub threads: Vec<usize>,
     /// How often contenders take turns.
@@ -22,7 +22,7 @@ impl Options {
     /// Reads the words after the program's name. The error is a message for the user.
     pub fn read(mut words: impl Iterator<Item = String>) -> Result<Options, String> {
         let mut options = Options {
-            kernels: Kernels::widest(),
+            tier: Tier::Automatic,
             threads: vec![1, 2],
             rounds: 9,
             prospero: std::env::var_os("PROSPERO").map(PathBuf::from),
@@ -35,7 +35,7 @@ impl Options {
                 _ => Err(format!("`{word}` takes numbers above 0, not `{text}`")),
             };
             match &word[..] {
-                "--kernels" => options.kernels = kernels(&value)?,
+                "--kernels" => options.tier = Tier::Block(kernels(&value)?),
                 "--threads" => {
                     options.threads = value.split(',').map(number).collect::<Result<_, _>>()?;
                 }

@@ -1,9 +1,11 @@
-//! Imp's side: the block tier, with the instruction set that was asked for.
+//! Imp's side: what its engine chooses, or the block tier with the instruction set that was asked
+//! for.
 
 use std::hint::black_box;
+use std::slice;
 use std::sync::Arc;
 
-use imp::engine::{CompiledField, Field, Kernels, Program, Tier};
+use imp::engine::{CompiledField, Field, Program, Tier};
 use imp::graph::Interval;
 use imp::graph::interval::Enclosure;
 
@@ -11,14 +13,14 @@ use crate::measure::Task;
 use crate::points::{boxes, points, points_f32};
 use crate::subjects::Subject;
 
-fn program(subject: &Subject, kernels: Kernels) -> Program {
+/// The field's program for a tier.
+pub fn program(subject: &Subject, tier: Tier) -> Program {
     let roots = [subject.root];
-    let tier = Tier::Block(kernels);
     Program::with_tier(&subject.graph, &roots, subject.dimension, tier)
 }
 
-fn field(subject: &Subject, kernels: Kernels) -> CompiledField {
-    CompiledField::new(Arc::new(program(subject, kernels)), subject.q.clone())
+fn field(subject: &Subject, tier: Tier) -> CompiledField {
+    CompiledField::new(Arc::new(program(subject, tier)), subject.q.clone())
 }
 
 /// A field with columns of points and of results.
@@ -30,10 +32,10 @@ struct Batch<T> {
 }
 
 impl<T: Copy + Default> Batch<T> {
-    fn new(subject: &Subject, kernels: Kernels, points: [Vec<T>; 3]) -> Batch<T> {
+    fn new(subject: &Subject, tier: Tier, points: [Vec<T>; 3]) -> Batch<T> {
         let columns = 1 + subject.dimension + subject.q.len();
         Batch {
-            field: field(subject, kernels),
+            field: field(subject, tier),
             outputs: vec![vec![T::default(); points[0].len()]; columns],
             points,
         }
@@ -97,9 +99,9 @@ pub enum What {
 }
 
 /// Evaluates at points.
-pub fn evaluate(subject: &Subject, kernels: Kernels, what: What, count: usize) -> Task {
-    let single = || Batch::new(subject, kernels, points_f32(count));
-    let double = || Batch::new(subject, kernels, points(count));
+pub fn evaluate(subject: &Subject, tier: Tier, what: What, count: usize) -> Task {
+    let single = || Batch::new(subject, tier, points_f32(count));
+    let double = || Batch::new(subject, tier, points(count));
     fn task<T: Send + 'static>(mut batch: Batch<T>, work: fn(&mut Batch<T>)) -> Task {
         Box::new(move || work(&mut batch))
     }
@@ -117,7 +119,7 @@ pub fn evaluate(subject: &Subject, kernels: Kernels, what: What, count: usize) -
 }
 
 /// The same once: the results, all of a point together.
-pub fn results(subject: &Subject, kernels: Kernels, what: What, count: usize) -> Vec<f64> {
+pub fn results(subject: &Subject, tier: Tier, what: What, count: usize) -> Vec<f64> {
     fn once<T: Copy + Into<f64>>(
         mut batch: Batch<T>,
         work: fn(&mut Batch<T>),
@@ -134,8 +136,8 @@ pub fn results(subject: &Subject, kernels: Kernels, what: What, count: usize) ->
             })
             .collect()
     }
-    let single = || Batch::new(subject, kernels, points_f32(count));
-    let double = || Batch::new(subject, kernels, points(count));
+    let single = || Batch::new(subject, tier, points_f32(count));
+    let double = || Batch::new(subject, tier, points(count));
     match what {
         What::Values32 => once(single(), values_f32, 0..1),
         What::Values64 => once(double(), values_f64, 0..1),
@@ -154,8 +156,8 @@ fn sides(count: usize) -> [Vec<Interval>; 3] {
 }
 
 /// Bounds F over boxes: all at once.
-pub fn bounds_together(subject: &Subject, kernels: Kernels, count: usize) -> Task {
-    let (program, q) = (program(subject, kernels), subject.q.clone());
+pub fn bounds_together(subject: &Subject, tier: Tier, count: usize) -> Task {
+    let (program, q) = (program(subject, tier), subject.q.clone());
     let sides = sides(count);
     let mut bounds = vec![Enclosure::of_number(0.0); count];
     Box::new(move || {
@@ -166,22 +168,22 @@ pub fn bounds_together(subject: &Subject, kernels: Kernels, count: usize) -> Tas
 }
 
 /// Bounds F over boxes: one after the other.
-pub fn bounds_alone(subject: &Subject, kernels: Kernels, count: usize) -> Task {
-    let (program, q) = (program(subject, kernels), subject.q.clone());
+pub fn bounds_alone(subject: &Subject, tier: Tier, count: usize) -> Task {
+    let (program, q) = (program(subject, tier), subject.q.clone());
     let [x, y, z] = sides(count);
     Box::new(move || {
-        for index in 0..count {
-            let mut bounds = [Interval::EMPTY];
-            let sides = [x[index], y[index], z[index]];
-            program.enclose(&sides[..program.dimension()], &q, &mut bounds);
+        for ((x, y), z) in x.iter().zip(&y).zip(&z) {
+            let mut bounds = [Enclosure::of_number(0.0)];
+            let sides = [x, y, z].map(slice::from_ref);
+            program.enclose_batch(&sides[..program.dimension()], &q, &mut [&mut bounds]);
             black_box(bounds);
         }
     })
 }
 
 /// Bounds of F over boxes: lower and upper one of each.
-pub fn bound_results(subject: &Subject, kernels: Kernels, count: usize) -> Vec<f64> {
-    let program = program(subject, kernels);
+pub fn bound_results(subject: &Subject, tier: Tier, count: usize) -> Vec<f64> {
+    let program = program(subject, tier);
     let sides = sides(count);
     let sides = sides.each_ref().map(|column| &column[..]);
     let mut bounds = vec![Enclosure::of_number(0.0); count];

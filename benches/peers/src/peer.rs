@@ -40,7 +40,8 @@ fn ordered<T: Clone>(vars: &VarMap, columns: [T; 3]) -> Vec<T> {
     axes.map(|axis| columns[axis].clone()).collect()
 }
 
-fn shape<F: Peer>(subject: &Subject) -> Shape<F> {
+/// The field as one of its shapes.
+pub fn shape<F: Peer>(subject: &Subject) -> Shape<F> {
     Shape::new_raw(function(subject))
 }
 

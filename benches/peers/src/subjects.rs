@@ -28,6 +28,33 @@ pub struct Subject {
     pub goal: Option<f64>,
 }
 
+impl Subject {
+    /// The plane field as a solid between −`half` and `half`.
+    pub fn extruded(&self, half: f64) -> Result<Subject, String> {
+        let (mut graph, mut context) = (self.graph.clone(), Context::new());
+        let z = graph.coordinate(2);
+        let thickness = graph.constant(half);
+        let distance = graph.apply(Op::Abs, &[z]);
+        let slab = graph.apply(Op::Subtract, &[distance, thickness]);
+        let root = graph.apply(Op::Max, &[self.root, slab]);
+        let tree = self.context.export(self.node).map_err(|error| error.to_string())?;
+        let plane = context.import(&tree);
+        let z = context.z();
+        let solid = context.abs(z).and_then(|z| context.sub(z, half as f32));
+        let node = solid.and_then(|slab| context.max(plane, slab));
+        Ok(Subject {
+            name: "prospero, extruded",
+            graph,
+            root,
+            q: self.q.clone(),
+            dimension: 3,
+            context,
+            node: node.map_err(|error| error.to_string())?,
+            goal: None,
+        })
+    }
+}
+
 /// The fields without files, then the one of the `.vm` file if there is one.
 pub fn subjects(prospero: Option<&Path>) -> Result<Vec<Subject>, String> {
     let mut subjects = vec![

@@ -35,7 +35,7 @@ pub(super) use table::{Code, Kernel, Kind, single};
 /// next instruction, which the processor does not foresee there, is shared by many lanes. (A tape
 /// of 4,400 instructions on 128 registers is 2.3 to 2.7 times faster with eight blocks at a time
 /// than with one.)
-const CACHE: usize = 1 << 18;
+const CACHE: usize = 1 << 19;
 
 /// The most blocks that are computed at a time.
 const LARGEST_GROUP: usize = 8;
