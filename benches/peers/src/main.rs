@@ -232,9 +232,7 @@ fn bounds(subject: &Subject, threads: usize, options: &Options) {
     let tier = options.tier;
     let outcome = compete(
         vec![
-            contender("together", &|| {
-                own::bounds_together(subject, tier, BOXES)
-            }),
+            contender("together", &|| own::bounds_together(subject, tier, BOXES)),
             contender("alone", &|| own::bounds_alone(subject, tier, BOXES)),
             contender("JIT", &|| peer::shape_bounds::<JitFunction>(subject, BOXES)),
             contender("VM", &|| peer::shape_bounds::<VmFunction>(subject, BOXES)),

@@ -164,18 +164,20 @@ fn draw<F: Peer + RenderHints>(
     };
     Ok(Box::new(move || match kind {
         Kind::Bitmap => {
-            let config = pixel::RenderConfig {
+            let config = pixel::RenderConfig::from_size((BITMAP as u32).into());
+            let threads = pixel::EvalConfig {
                 threads: pool.as_ref(),
-                ..pixel::RenderConfig::from_size((BITMAP as u32).into())
+                ..Default::default()
             };
-            black_box(config.run(shape.clone()).is_some());
+            black_box(pixel::render(shape.clone(), &config, &threads).is_some());
         }
         Kind::HeightMap => {
-            let config = voxel::RenderConfig {
+            let config = voxel::RenderConfig::from_size((HEIGHT_MAP as u32).into());
+            let threads = voxel::EvalConfig {
                 threads: pool.as_ref(),
-                ..voxel::RenderConfig::from_size((HEIGHT_MAP as u32).into())
+                ..Default::default()
             };
-            black_box(config.run(shape.clone()).is_some());
+            black_box(voxel::render(shape.clone(), &config, &threads).is_some());
         }
     }))
 }
@@ -193,7 +195,6 @@ pub fn compare(subject: &Subject, options: &Options) -> Result<(), String> {
                 .map_err(|error| error.to_string())?;
             let config = pixel::RenderConfig::from_size((BITMAP as u32).into());
             let other = config.run(bound::<VmFunction>(subject)?);
-            let other = other.ok_or("no picture")?;
             (
                 own.sides.iter().map(|&side| side == Side::Inside).collect(),
                 other.iter().map(|pixel| pixel.inside()).collect(),
@@ -204,7 +205,6 @@ pub fn compare(subject: &Subject, options: &Options) -> Result<(), String> {
                 .map_err(|error| error.to_string())?;
             let config = voxel::RenderConfig::from_size((HEIGHT_MAP as u32).into());
             let other = config.run(bound::<VmFunction>(subject)?);
-            let other = other.ok_or("no picture")?;
             (
                 own.hits.iter().map(|&hit| hit != Hit::Nothing).collect(),
                 other.iter().map(|pixel| pixel.depth > 0).collect(),

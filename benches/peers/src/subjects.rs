@@ -37,7 +37,10 @@ impl Subject {
         let distance = graph.apply(Op::Abs, &[z]);
         let slab = graph.apply(Op::Subtract, &[distance, thickness]);
         let root = graph.apply(Op::Max, &[self.root, slab]);
-        let tree = self.context.export(self.node).map_err(|error| error.to_string())?;
+        let tree = self
+            .context
+            .export(self.node)
+            .map_err(|error| error.to_string())?;
         let plane = context.import(&tree);
         let z = context.z();
         let solid = context.abs(z).and_then(|z| context.sub(z, half as f32));
