@@ -17,7 +17,7 @@ use crate::graph::{Graph, Node, NodeId, Op};
 use crate::math::scalar;
 
 /// The number of slices is a multiple of this, for the subdivision's sake.
-pub(super) const SLICE_GROUP: usize = 64;
+pub(super) const SLICE_GROUP: usize = 32;
 
 /// The most slices, in units of the image's longer side.
 const DEEPEST: usize = 4;

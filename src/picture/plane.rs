@@ -16,7 +16,10 @@ use crate::graph::Interval;
 use crate::graph::interval::{Enclosure, Regularity};
 
 /// The side of a tile, which is one task, in pixels.
-const TILE: usize = 128;
+const TILE: usize = 256;
+
+/// The side of the squares that F is pruned for.
+const SQUARE: usize = 64;
 
 /// The side of the squares in which F is evaluated.
 const LEAF: usize = 16;
@@ -182,7 +185,11 @@ impl Frame {
         Subdivision {
             low: DVec3::new(self.left, self.top - height, 0.0),
             high: DVec3::new(self.left + width, self.top, 0.0),
-            splits: vec![[tiles[0], tiles[1], 1], [TILE / LEAF, TILE / LEAF, 1]],
+            splits: vec![
+                [tiles[0], tiles[1], 1],
+                [TILE / SQUARE, TILE / SQUARE, 1],
+                [SQUARE / LEAF, SQUARE / LEAF, 1],
+            ],
             descending: [false, true, false],
         }
     }

@@ -8,7 +8,7 @@
 
 use std::ops::Range;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 
 use super::PictureError;
 use super::camera::{Camera, SLICE_GROUP};
@@ -18,10 +18,13 @@ use crate::graph::Interval;
 use crate::graph::interval::{Enclosure, Regularity};
 
 /// The side of a tile, which is one task, in pixels.
-const TILE: usize = 64;
+const TILE: usize = 128;
 
-/// The side of the cubes in which F is evaluated.
-const LEAF: usize = 16;
+/// The side of the cubes that F is pruned for.
+const CUBE: usize = SLICE_GROUP;
+
+/// The side of the cubes in which F is evaluated: 64 rays, as many as a block has lanes.
+const LEAF: usize = 8;
 
 /// How many slices are evaluated at a time.
 const SLICES: usize = 4;
@@ -76,6 +79,7 @@ pub fn height_map(
     let rays = Rays {
         camera,
         in_single: camera.suits_single_precision(),
+        straight: camera.eye().is_none().then(|| turn(camera, [0.0; 3])),
     };
     let tiles = explore(&seen, &rays.subdivision(), &rays, monitor);
     if monitor.cancelled() {
@@ -89,6 +93,9 @@ struct Rays<'a> {
     camera: &'a Camera,
     /// Whether signs are looked for in f32.
     in_single: bool,
+    /// What turns gradients on the screen into those in space, and the size of a pixel, if they
+    /// are the same for all rays.
+    straight: Option<(DMat3, f64)>,
 }
 
 /// What the pixels of a tile see.
@@ -126,25 +133,29 @@ struct Memory {
 struct Ray {
     /// The pixel's place in the tile.
     pixel: u16,
-    /// The slices' end in the cube that is next.
-    next: u16,
-    /// F at the one before; NaN if it is not known.
+    /// F where the ray is now; NaN if it is not known.
     before: f32,
+}
+
+/// What turns gradients on the screen into those in space, by the chain rule the inverse of the
+/// camera's transposed Jacobian, and the size of a pixel.
+fn turn(camera: &Camera, screen: [f64; 3]) -> (DMat3, f64) {
+    let jacobian = camera.jacobian(screen);
+    (jacobian.inverse().transpose(), jacobian.x_axis.length())
 }
 
 impl Rays<'_> {
     fn subdivision(&self) -> Subdivision {
         let [width, height] = self.camera.size().map(|count| count.div_ceil(TILE));
         let slices = self.camera.slices();
-        let parts = TILE / LEAF;
         let high = [width * TILE, height * TILE, slices].map(|count| count as f64);
         Subdivision {
             low: DVec3::ZERO,
             high: DVec3::from_array(high),
             splits: vec![
                 [width, height, 1],
-                [1, 1, slices / SLICE_GROUP],
-                [parts, parts, SLICE_GROUP / LEAF],
+                [TILE / CUBE, TILE / CUBE, slices / CUBE],
+                [CUBE / LEAF; 3],
             ],
             descending: [false; 3],
         }
@@ -197,12 +208,12 @@ impl Rays<'_> {
     fn meet(&self, tile: &mut Tile, pixel: u16, surface: &Surface) {
         let [u, v] = tile.middle(pixel);
         let screen = [u, v, surface.depth];
-        let tolerance = CUT * self.camera.pixel_at(screen);
-        let side = self.camera.side_at(self.camera.point(screen), tolerance);
-        let (hit, normal) = match side {
+        let (turn, width) = self.straight.unwrap_or_else(|| turn(self.camera, screen));
+        let point = self.camera.point(screen);
+        let (hit, normal) = match self.camera.side_at(point, CUT * width) {
             Some(normal) => (Hit::Cut, normal),
-            None if surface.is_root => (Hit::Surface, self.normal(screen, surface.gradient)),
-            None => (Hit::Jump, self.normal(screen, surface.gradient)),
+            None if surface.is_root => (Hit::Surface, direction(turn * surface.gradient)),
+            None => (Hit::Jump, direction(turn * surface.gradient)),
         };
         let pixel = usize::from(pixel);
         if std::mem::replace(&mut tile.open[pixel], false) {
@@ -213,54 +224,26 @@ impl Rays<'_> {
         tile.normals[pixel] = normal.as_vec3();
     }
 
-    /// The unit normal in space from the gradient on the screen: by the chain rule F_x is that
-    /// gradient times the inverse of the camera's Jacobian. 0 where it does not tell.
-    fn normal(&self, screen: [f64; 3], gradient: DVec3) -> DVec3 {
-        let gradient = self.camera.jacobian(screen).inverse().transpose() * gradient;
-        let scale = gradient.abs().max_element();
-        if scale > 0.0 && scale.is_finite() {
-            (gradient / scale).normalize()
-        } else {
-            DVec3::ZERO
-        }
-    }
-
-    /// Follows all rays to where they are inside or leave the cube; the former are found.
+    /// Follows all rays, which are at the same depth, from the slices' end with the number `next`
+    /// in the cube to where they are inside or leave it; the former are found.
     fn follow(
         &self,
         memory: &mut Memory,
         tile: &mut Tile,
-        cell: &Cell,
+        (cell, mut next): (&Cell, usize),
         field: &mut Specialized<'_>,
     ) {
-        while !memory.rays.is_empty() {
-            memory.place(tile, cell.low.z as f32);
+        while !memory.rays.is_empty() && next <= LEAF {
+            let steps = SLICES.min(LEAF + 1 - next);
+            memory.place(tile, cell.low.z as f32 + next as f32, steps);
             memory.evaluate(self.in_single, field);
             if memory.values.iter().any(|value| value.is_nan()) {
                 tile.undefined += self.count_undefined(memory, field);
             }
-            let Memory {
-                rays,
-                found,
-                values,
-                ..
-            } = memory;
-            let mut start = 0;
-            rays.retain_mut(|ray| {
-                let count = ray.steps();
-                let values = &values[start..start + count];
-                start += count;
-                for &value in values {
-                    if value < 0.0 {
-                        found.push(bracket(tile, cell, ray, value));
-                        return false;
-                    }
-                    ray.before = value;
-                    ray.next += 1;
-                }
-                usize::from(ray.next) <= LEAF
-            });
+            memory.advance(tile, cell.low.z + next as f64);
+            next += steps;
         }
+        memory.rays.clear();
     }
 
     /// At how many points of the batch, in the box, F is not a number. In f32 that may be an
@@ -275,9 +258,18 @@ impl Rays<'_> {
     }
 }
 
-/// The part of a ray between the last two ends of slices, at the second of which F is inside.
-fn bracket(tile: &Tile, cell: &Cell, ray: &Ray, value: f32) -> Bracket {
-    let inside = cell.low.z + f64::from(ray.next);
+/// The direction of a vector; 0 where there is none.
+fn direction(vector: DVec3) -> DVec3 {
+    let scale = vector.abs().max_element();
+    if scale > 0.0 && scale.is_finite() {
+        (vector / scale).normalize()
+    } else {
+        DVec3::ZERO
+    }
+}
+
+/// The slice of a ray at whose end, with this depth and this F, it is inside.
+fn bracket(tile: &Tile, ray: &Ray, inside: f64, value: f32) -> Bracket {
     let guess = f64::from(ray.before / (ray.before - value));
     Bracket {
         pixel: ray.pixel,
@@ -293,30 +285,52 @@ fn bracket(tile: &Tile, cell: &Cell, ray: &Ray, value: f32) -> Bracket {
     }
 }
 
-impl Ray {
-    /// How many slices' ends are looked at in the next round.
-    fn steps(&self) -> usize {
-        SLICES.min(LEAF + 1 - usize::from(self.next))
-    }
-}
-
 impl Memory {
-    /// Puts the rays' next points into the columns.
-    fn place(&mut self, tile: &Tile, low: f32) {
-        for column in &mut self.points {
-            column.clear();
-        }
+    /// Puts the rays' points at so many ends of slices, from this depth on, into the columns:
+    /// slice by slice. All coordinates are halves of whole numbers, and exact in f32.
+    fn place(&mut self, tile: &Tile, depth: f32, steps: usize) {
         let [first, second, third] = &mut self.points;
+        first.clear();
+        second.clear();
+        third.clear();
+        let count = self.rays.len();
         for ray in &self.rays {
-            let steps = ray.steps();
-            let [u, v] = tile.middle(ray.pixel).map(|coordinate| coordinate as f32);
-            first.resize(first.len() + steps, u);
-            second.resize(second.len() + steps, v);
-            // Screen coordinates are halves of whole numbers: exact in f32.
-            let depth = low + f32::from(ray.next);
-            third.extend((0..steps).map(|step| depth + step as f32));
+            let [u, v] = tile.middle(ray.pixel);
+            first.push(u as f32);
+            second.push(v as f32);
         }
-        self.values.resize(self.points[0].len(), 0.0);
+        third.resize(count, depth);
+        for step in 1..steps {
+            first.extend_from_within(..count);
+            second.extend_from_within(..count);
+            third.resize((step + 1) * count, depth + step as f32);
+        }
+        self.values.resize(steps * count, 0.0);
+    }
+
+    /// Takes the values of a round that began at this depth: rays that are inside are found, the
+    /// others stay.
+    fn advance(&mut self, tile: &Tile, depth: f64) {
+        let Memory {
+            rays,
+            found,
+            values,
+            ..
+        } = self;
+        let count = rays.len();
+        let mut index = 0;
+        rays.retain_mut(|ray| {
+            let own = values[index..].iter().step_by(count);
+            index += 1;
+            for (step, &value) in own.enumerate() {
+                if value < 0.0 {
+                    found.push(bracket(tile, ray, depth + step as f64, value));
+                    return false;
+                }
+                ray.before = value;
+            }
+            true
+        });
     }
 
     /// F at the points in the columns.
@@ -415,9 +429,12 @@ impl Explorer for Rays<'_> {
 
     fn decided(&self, tile: &mut Tile, cell: &Cell, enclosure: &Enclosure) {
         if enclosure.range.is_empty() {
-            let middle = (0.5 * (cell.low + cell.high)).to_array();
+            // The part of the cell that is in the image.
+            let [width, height] = self.camera.size().map(|count| count as f64);
+            let high = cell.high.min(DVec3::new(width, height, f64::INFINITY));
+            let middle = (0.5 * (cell.low + high)).to_array();
             if self.camera.sees(self.camera.point(middle)) {
-                tile.undefined += (cell.high - cell.low).element_product() as u64;
+                tile.undefined += (high - cell.low).element_product() as u64;
             }
             return;
         }
@@ -456,20 +473,17 @@ impl Explorer for Rays<'_> {
     ) {
         let mut memory = std::mem::take(&mut tile.memory);
         // The first end of a slice was the last one of the cube in front.
-        let next = u16::from(cell.low.z > 0.0);
+        let first = usize::from(cell.low.z > 0.0);
         memory.rays.clear();
         tile.for_each_open(cell, |pixel| {
             memory.rays.push(Ray {
                 pixel,
-                next,
                 before: f32::NAN,
             });
         });
-        loop {
-            self.follow(&mut memory, tile, cell, field);
-            if memory.found.is_empty() {
-                break;
-            }
+        self.follow(&mut memory, tile, (cell, first), field);
+        let mut refused = Vec::new();
+        while !memory.found.is_empty() {
             let surfaces = memory.rooter.solve(&memory.found, field);
             for (bracket, surface) in memory.found.iter().zip(surfaces) {
                 match surface {
@@ -478,15 +492,18 @@ impl Explorer for Rays<'_> {
                     }
                     Some(surface) => self.meet(tile, bracket.pixel, surface),
                     // In f64 it is not inside there: the ray goes on.
-                    None => memory.rays.push(Ray {
-                        pixel: bracket.pixel,
-                        next: (bracket.inside - cell.low.z) as u16 + 1,
-                        before: f32::NAN,
-                    }),
+                    None => refused.push(*bracket),
                 }
             }
-            memory.rays.retain(|ray| usize::from(ray.next) <= LEAF);
             memory.found.clear();
+            for bracket in refused.drain(..) {
+                memory.rays.push(Ray {
+                    pixel: bracket.pixel,
+                    before: f32::NAN,
+                });
+                let next = (bracket.inside - cell.low.z) as usize + 1;
+                self.follow(&mut memory, tile, (cell, next), field);
+            }
         }
         tile.memory = memory;
     }
