@@ -350,3 +350,29 @@ fn hessians_are_those_of_the_closed_form() {
         }
     }
 }
+
+#[test]
+fn every_tier_serves_every_dimension() {
+    for dimension in 1..=3 {
+        let mut graph = Graph::new();
+        let mut root = graph.constant(0.0);
+        for axis in 0..dimension {
+            let coordinate = graph.coordinate(axis);
+            let exp = graph.apply(Op::Exp, &[coordinate]);
+            root = graph.apply(Op::Add, &[root, exp]);
+        }
+        for (name, tier) in Tier::ALL {
+            let program = Program::with_tier(&graph, &[root], dimension, tier);
+            // e⁰ is 1, exactly, wherever it is computed; 130 points are two blocks and a rest.
+            let columns = vec![vec![0.0; 130]; dimension];
+            let columns: Vec<&[f64]> = columns.iter().map(|column| &column[..]).collect();
+            let mut values = vec![0.0; 130];
+            program.evaluate_batch(&columns, &[], &mut [&mut values]);
+            assert_eq!(
+                values,
+                vec![dimension as f64; 130],
+                "{name} in R{dimension}"
+            );
+        }
+    }
+}

@@ -295,6 +295,21 @@ fn sheets_of_two_pixels_are_seen_where_rays_meet_them_squarely() {
 }
 
 #[test]
+fn pictures_may_have_any_proportions() {
+    for size in [[10_000, 1], [1, 10_000], [20_000, 3]] {
+        let camera = Camera::new(&Aim {
+            bounds: cube(1.0),
+            view: View::named("front").unwrap(),
+            perspective: None,
+            size,
+        });
+        let map = map(&ball(0.9), &camera);
+        // The ball is as wide as the shorter side allows: a pixel or some.
+        assert!(count(&map, Hit::Surface) <= 9.0);
+    }
+}
+
+#[test]
 fn resolution_has_nothing_to_do_with_units() {
     let of_scale = |scale: f64| {
         let view = "isometric";

@@ -368,8 +368,8 @@ impl Tile {
 
     /// The first and last row and column of a cell in the tile.
     fn rectangle(&self, cell: &Cell) -> [Range<usize>; 2] {
-        let rows = cell.low.y as usize - self.top..cell.high.y as usize - self.top;
-        let columns = cell.low.x as usize - self.left..cell.high.x as usize - self.left;
+        let rows = whole(cell.low.y) - self.top..whole(cell.high.y) - self.top;
+        let columns = whole(cell.low.x) - self.left..whole(cell.high.x) - self.left;
         [rows, columns]
     }
 
@@ -386,11 +386,17 @@ impl Tile {
     }
 }
 
+/// The pixel at which a cell begins or ends. It is a whole number but for rounding: faces are
+/// fractions of the box.
+fn whole(face: f64) -> usize {
+    (face + 0.5) as usize
+}
+
 impl Explorer for Rays<'_> {
     type Task = Tile;
 
     fn begin(&self, cell: &Cell) -> Tile {
-        let (left, top) = (cell.low.x as usize, cell.low.y as usize);
+        let (left, top) = (whole(cell.low.x), whole(cell.low.y));
         let [width, height] = self.camera.size();
         let count = TILE * TILE;
         let inside = |pixel: usize| left + pixel % TILE < width && top + pixel / TILE < height;

@@ -135,7 +135,7 @@ fn difference(first: &[f64], second: &[f64]) -> Difference {
         let apart = (a - b).abs() / b.abs().max(1.0);
         if apart > KINK {
             difference.elsewhere += 1;
-        } else if !(apart <= difference.largest) {
+        } else if apart.is_nan() || apart > difference.largest {
             difference.largest = apart;
         }
     }

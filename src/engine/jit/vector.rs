@@ -349,8 +349,9 @@ impl<T: Vectorised> VectorCode<T> {
                     for (blocks, column) in points.iter_mut().zip(run.points) {
                         *blocks = column[begin..begin + LANES].as_chunks().0;
                     }
+                    let points = &points[..run.points.len().min(3)];
                     if let Some((idle, slots)) = slots.split_last_mut() {
-                        block::run_on_registers::<T>(tape, run.kernels, &points, slots, idle);
+                        block::run_on_registers::<T>(tape, run.kernels, points, slots, idle);
                     }
                 }
             }
