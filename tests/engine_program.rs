@@ -247,7 +247,7 @@ fn a_program_evaluates_all_its_roots() {
 }
 
 #[test]
-fn long_programs_are_compiled_in_pieces_and_very_long_ones_interpreted() {
+fn long_programs_are_compiled_in_pieces_and_very_long_ones_run_in_blocks() {
     // F = xₙ of the logistic map xₖ₊₁ = 3.7 xₖ (1 − xₖ): three operations a step, no cancellation.
     let iterate = |graph: &mut Graph, steps: usize| {
         let mut x = graph.coordinate(0);

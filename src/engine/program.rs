@@ -149,7 +149,7 @@ impl Program {
         kernel.run(points, &kernel.uniforms(q), outputs);
     }
 
-    /// The same in single precision, for pictures and classification: always in blocks, faster
+    /// The same in single precision, for pictures and classification: in blocks or vectors, faster
     /// and with half the memory. What depends on q alone is computed in f64 and rounded; then
     /// every operation rounds to f32. Of a graph with millions of values alive at a time nothing
     /// is computed, and false is returned.

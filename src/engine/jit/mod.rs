@@ -1,4 +1,5 @@
-//! Machine code, and the only `unsafe` of the program.
+//! Machine code: for single points here, for many in [`vector`], for enclosures of one box in
+//! [`bounds`].
 //!
 //! [`compile`] turns steps into functions with Cranelift; [`MachineCode::run`] calls them and
 //! cannot be misused: it takes slices and checks their lengths. Everything that could go wrong
