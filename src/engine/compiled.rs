@@ -57,10 +57,11 @@ impl CompiledField {
 
     /// Encloses F over boxes; `sides` has a column per axis. See [`Program::enclose_batch`].
     pub fn enclose(&self, sides: &[&[Interval]], values: &mut [Enclosure]) {
-        let new = || self.program.enclosures().scalars(&self.q, &[]);
-        let scalars = self.enclosures.get_or_init(new);
-        self.program
-            .enclose_with(scalars, sides, &self.q, &mut [values]);
+        let enclosures = self.program.enclosures();
+        let scalars = self
+            .enclosures
+            .get_or_init(|| enclosures.scalars(&self.q, &[]));
+        enclosures.run(self.program.chosen_tier(), sides, scalars, &mut [values]);
     }
 
     /// Encloses F and F_x over boxes. See [`Program::enclose_gradient_batch`].
@@ -72,8 +73,13 @@ impl CompiledField {
     ) {
         if let Some(slopes) = self.program.slopes() {
             let scalars = self.slopes.get_or_init(|| slopes.scalars(&self.q));
-            self.program
-                .enclose_gradient_with(scalars, sides, &self.q, values, gradients);
+            slopes.run(
+                self.program.chosen_tier(),
+                sides,
+                scalars,
+                values,
+                gradients,
+            );
         }
     }
 

@@ -4,13 +4,13 @@
 //! first used, and a new q compiles nothing. [`super::CompiledField`] puts a program and a q
 //! together to what samplers and polygonizers take.
 
-use super::block::{Enclosures, Kernels, Scalars};
+use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{self, copy_leaf, rebuild};
 use super::prune::Trunk;
-use super::slopes::{SlopeScalars, Slopes};
+use super::slopes::Slopes;
 use super::{Tier, tape};
-use crate::graph::interval::{self, Enclosure, Interval, Regularity};
+use crate::graph::interval::{Enclosure, Interval, Regularity};
 use crate::graph::{Graph, Node, NodeId, derive, print};
 use std::sync::OnceLock;
 
@@ -182,10 +182,11 @@ impl Program {
     }
 
     /// Encloses all roots over many boxes, with their regularity: `sides` has a column per axis
-    /// and `outputs` one per root. As many boxes are taken as the shortest column has; a box costs
-    /// least if there are 64 or more. What an enclosure is does not depend on the others; that of
-    /// a single box, which may come from machine code, can be tighter. Sums, products, quotients and roots are at most one unit in the last place wider on each side
-    /// than those of [`interval::enclose`], functions two; fused operations a little more.
+    /// and `outputs` one per root. As many boxes are taken as the shortest column has; they cost
+    /// least by multiples of 64. The enclosure of a box alone is that of [`crate::graph::interval::enclose`],
+    /// whose ends are as tight as they can be. Among several, what an enclosure is does not depend
+    /// on the others, and sums, products, quotients and roots are at most one unit in the last
+    /// place wider on each side, functions two, fused operations a little more.
     pub fn enclose_batch(
         &self,
         sides: &[&[Interval]],
@@ -194,85 +195,8 @@ impl Program {
     ) {
         let enclosures = self.enclosures();
         match enclosures.fixed_scalars() {
-            Some(scalars) => self.enclose_with(scalars, sides, q, outputs),
-            None => self.enclose_with(&enclosures.scalars(q, &[]), sides, q, outputs),
-        }
-    }
-
-    /// The same, q and what follows from it being known as scalars too.
-    pub(super) fn enclose_with(
-        &self,
-        scalars: &Scalars,
-        sides: &[&[Interval]],
-        q: &[f64],
-        outputs: &mut [&mut [Enclosure]],
-    ) {
-        if self.enclose_alone(scalars, sides, outputs)
-            || self
-                .enclosures()
-                .run(self.block_kernels(), sides, scalars, outputs)
-        {
-            return;
-        }
-        self.enclose_by_node(&self.roots, sides, q, outputs);
-    }
-
-    /// Encloses a batch of one box by machine code, where that suits.
-    fn enclose_alone(
-        &self,
-        scalars: &Scalars,
-        sides: &[&[Interval]],
-        outputs: &mut [&mut [Enclosure]],
-    ) -> bool {
-        let columns = sides.iter().take(self.dimension);
-        let shortest = columns.map(|column| column.len()).min();
-        if shortest != Some(1) || sides.len() < self.dimension {
-            return false;
-        }
-        let mut alone = [Interval::EMPTY; 3];
-        for (side, column) in alone.iter_mut().zip(sides) {
-            *side = column[0];
-        }
-        // One root, as fields have, needs no allocation.
-        let mut one = [UNKNOWN];
-        let mut several = Vec::new();
-        let found = match self.outputs() {
-            1 => &mut one[..],
-            count => {
-                several.resize(count, UNKNOWN);
-                &mut several[..]
-            }
-        };
-        let enclosures = self.enclosures();
-        if !enclosures.run_alone(self.tier, &alone[..self.dimension], scalars, found) {
-            return false;
-        }
-        for (column, &enclosure) in outputs.iter_mut().zip(&*found) {
-            if let Some(place) = column.first_mut() {
-                *place = enclosure;
-            }
-        }
-        true
-    }
-
-    /// Encloses roots whose tape is too large for blocks.
-    fn enclose_by_node(
-        &self,
-        roots: &[NodeId],
-        sides: &[&[Interval]],
-        q: &[f64],
-        outputs: &mut [&mut [Enclosure]],
-    ) {
-        let parameter = |place: u32| q.get(place as usize).copied().unwrap_or(f64::NAN);
-        let lengths = sides.iter().take(self.dimension).map(|column| column.len());
-        let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
-        for index in 0..lengths.min().unwrap_or(0) {
-            let side = |axis: usize| sides.get(axis).map_or(Interval::EMPTY, |s| s[index]);
-            let sides: [Interval; 3] = std::array::from_fn(side);
-            let found = interval::enclose(&self.graph, roots, &sides, parameter);
-            for (output, enclosure) in outputs.iter_mut().zip(found) {
-                output[index] = enclosure;
-            }
+            Some(scalars) => enclosures.run(self.tier, sides, scalars, outputs),
+            None => enclosures.run(self.tier, sides, &enclosures.scalars(q, &[]), outputs),
         }
     }
 
@@ -293,30 +217,13 @@ impl Program {
         gradients: &mut [&mut [Interval]],
     ) {
         if let Some(slopes) = self.slopes() {
-            self.enclose_gradient_with(&slopes.scalars(q), sides, q, values, gradients);
+            slopes.run(self.tier, sides, &slopes.scalars(q), values, gradients);
         }
     }
 
-    /// The same, q and what follows from it being known as scalars too.
-    pub(super) fn enclose_gradient_with(
-        &self,
-        scalars: &SlopeScalars,
-        sides: &[&[Interval]],
-        q: &[f64],
-        values: &mut [Enclosure],
-        gradients: &mut [&mut [Interval]],
-    ) {
-        let Some(slopes) = self.slopes() else {
-            return;
-        };
-        if slopes.run(self.block_kernels(), sides, scalars, values, gradients) {
-            return;
-        }
-        // Too large for blocks: nothing is known of the gradient.
-        self.enclose_by_node(&self.roots[..1], sides, q, &mut [values]);
-        for column in gradients.iter_mut().take(self.dimension) {
-            column.fill(Interval::ENTIRE);
-        }
+    /// The tier that was asked for.
+    pub(super) fn chosen_tier(&self) -> Tier {
+        self.tier
     }
 
     /// What encloses the first root and its F_x; none if there is no root.

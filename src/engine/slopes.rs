@@ -12,7 +12,8 @@
 //! used where F is known to be continuous on the box, and every G_i that matters to be defined and
 //! bounded: compositions of the table's operations are then piecewise C¹ and Lipschitz there.
 
-use super::block::{Enclosures, Kernels, Scalars};
+use super::Tier;
+use super::block::{Enclosures, Scalars};
 use super::lower::copy_leaf;
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Graph, Interval, Node, NodeId, Op, derive};
@@ -76,24 +77,28 @@ impl Slopes {
         }
     }
 
-    /// Encloses F and F_x over as many boxes as the shortest column has. Returns false, with
-    /// nothing but part of the outputs written, if a tape is too large to run.
+    /// Encloses F and F_x over as many boxes as the shortest column has.
     pub(super) fn run(
         &self,
-        kernels: Kernels,
+        tier: Tier,
         sides: &[&[Interval]],
         scalars: &SlopeScalars,
         values: &mut [Enclosure],
         gradients: &mut [&mut [Interval]],
-    ) -> bool {
+    ) {
         let dimension = self.dimension;
         if sides.len() < dimension || gradients.len() < dimension {
-            return true;
+            return;
         }
         let (sides, gradients) = (&sides[..dimension], &mut gradients[..dimension]);
         let lengths = sides.iter().map(|column| column.len());
         let lengths = lengths.chain(gradients.iter().map(|column| column.len()));
         let count = lengths.chain([values.len()]).min().unwrap_or(0);
+        // What remains of several boxes is not alone, even if it is one.
+        let tier = match tier {
+            Tier::Automatic | Tier::MachineCode if count > 1 => Tier::Block(tier.kernels()),
+            _ => tier,
+        };
         for start in (0..count).step_by(CHUNK) {
             let part = start..count.min(start + CHUNK);
             let mut boxes: [&[Interval]; 3] = [&[]; 3];
@@ -101,32 +106,29 @@ impl Slopes {
                 *chunk = &column[part.clone()];
             }
             let values = &mut values[part.clone()];
-            let Some(slopes) = self.chunk(kernels, &boxes[..dimension], scalars, values) else {
-                return false;
-            };
+            let slopes = self.chunk(tier, &boxes[..dimension], scalars, values);
             for (gradient, slopes) in gradients.iter_mut().zip(slopes) {
                 for (gradient, slope) in gradient[part.clone()].iter_mut().zip(slopes) {
                     *gradient = slope.range;
                 }
             }
         }
-        true
     }
 
     /// Encloses F into `values` and returns the enclosures of F_x, for at most [`CHUNK`] boxes.
     fn chunk(
         &self,
-        kernels: Kernels,
+        tier: Tier,
         boxes: &[&[Interval]],
         scalars: &SlopeScalars,
         values: &mut [Enclosure],
-    ) -> Option<[[Enclosure; CHUNK]; 3]> {
+    ) -> [[Enclosure; CHUNK]; 3] {
         let (dimension, length) = (self.dimension, values.len());
         let mut slopes = [[OPEN; CHUNK]; 3];
         let [x, y, z] = slopes.each_mut().map(|column| &mut column[..length]);
         let mut outputs = [&mut *values, x, y, z];
         let outputs = &mut outputs[..=dimension];
-        let done = self.both.run(kernels, boxes, &scalars.both, outputs);
+        self.both.run(tier, boxes, &scalars.both, outputs);
         let mut points = [[Interval::EMPTY; CHUNK]; 3];
         for (points, sides) in points.iter_mut().zip(boxes) {
             for (point, side) in points.iter_mut().zip(*sides) {
@@ -136,8 +138,8 @@ impl Slopes {
         let columns = points.each_ref().map(|column| &column[..length]);
         let mut at_centre = [OPEN; CHUNK];
         let outputs = &mut [&mut at_centre[..length]];
-        let done =
-            done && (self.value).run(kernels, &columns[..dimension], &scalars.value, outputs);
+        self.value
+            .run(tier, &columns[..dimension], &scalars.value, outputs);
         for (index, value) in values.iter_mut().enumerate() {
             if value.regularity != Regularity::Continuous {
                 continue;
@@ -150,7 +152,7 @@ impl Slopes {
                 value.range = value.range.intersection(range);
             }
         }
-        done.then_some(slopes)
+        slopes
     }
 }
 

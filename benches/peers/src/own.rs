@@ -157,25 +157,27 @@ fn sides(count: usize) -> [Vec<Interval>; 3] {
 
 /// Bounds F over boxes: all at once.
 pub fn bounds_together(subject: &Subject, tier: Tier, count: usize) -> Task {
-    let (program, q) = (program(subject, tier), subject.q.clone());
+    let field = field(subject, tier);
+    let dimension = subject.dimension;
     let sides = sides(count);
     let mut bounds = vec![Enclosure::of_number(0.0); count];
     Box::new(move || {
         let sides = sides.each_ref().map(|column| &column[..]);
-        program.enclose_batch(&sides[..program.dimension()], &q, &mut [&mut bounds]);
+        field.enclose(&sides[..dimension], &mut bounds);
         black_box(&mut bounds);
     })
 }
 
 /// Bounds F over boxes: one after the other.
 pub fn bounds_alone(subject: &Subject, tier: Tier, count: usize) -> Task {
-    let (program, q) = (program(subject, tier), subject.q.clone());
+    let field = field(subject, tier);
+    let dimension = subject.dimension;
     let [x, y, z] = sides(count);
     Box::new(move || {
         for ((x, y), z) in x.iter().zip(&y).zip(&z) {
             let mut bounds = [Enclosure::of_number(0.0)];
             let sides = [x, y, z].map(slice::from_ref);
-            program.enclose_batch(&sides[..program.dimension()], &q, &mut [&mut bounds]);
+            field.enclose(&sides[..dimension], &mut bounds);
             black_box(bounds);
         }
     })

@@ -32,7 +32,11 @@ pub(in crate::engine) struct Bounds {
 }
 
 /// The lanes of a block, in columns: 64 or, for a single box, one.
+///
+/// A column begins where a line of the cache does: otherwise half of the widest vectors would be
+/// in two lines each.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 pub(in crate::engine) struct BoundsBlock<const BOXES: usize = LANES> {
     pub(super) low: [f64; BOXES],
     pub(super) high: [f64; BOXES],
@@ -69,6 +73,36 @@ impl<const BOXES: usize> BoundsBlock<BOXES> {
     }
 }
 
+/// Makes blocks of the sides of at most 64 boxes, a column and a block per axis. Lanes that are left
+/// over repeat the last box: they cost what it costs.
+#[inline(always)]
+pub(super) fn load(blocks: &mut [BoundsBlock], sides: &[&[Interval]]) {
+    for (block, column) in blocks.iter_mut().zip(sides) {
+        match column.first_chunk::<LANES>() {
+            Some(column) => {
+                for (lane, &side) in column.iter().enumerate() {
+                    block.put(lane, Bounds::of_side(side));
+                }
+            }
+            None => {
+                let last = column.last().copied().unwrap_or(Interval::EMPTY);
+                for lane in 0..LANES {
+                    let side = column.get(lane).copied().unwrap_or(last);
+                    block.put(lane, Bounds::of_side(side));
+                }
+            }
+        }
+    }
+}
+
+/// Copies the enclosures in the first lanes of a block.
+#[inline(always)]
+pub(super) fn store(enclosures: &mut [Enclosure], block: &BoundsBlock) {
+    for (lane, enclosure) in enclosures.iter_mut().take(LANES).enumerate() {
+        *enclosure = block.lane(lane).into();
+    }
+}
+
 /// Below every [`Regularity`]: there is no value at all.
 pub(super) const EMPTY: f64 = -1.0;
 /// [`Regularity`] in its order.
@@ -77,7 +111,7 @@ pub(super) const DEFINED: f64 = 1.0;
 const CONTINUOUS: f64 = 2.0;
 
 /// The lanes of nothing in particular.
-const NOTHING: BoundsBlock = BoundsBlock {
+pub(super) const NOTHING: BoundsBlock = BoundsBlock {
     low: [0.0; LANES],
     high: [0.0; LANES],
     regularity: [EMPTY; LANES],

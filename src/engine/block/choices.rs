@@ -68,8 +68,8 @@ pub(in crate::engine) struct Decision {
 
 /// A tape over up to [`LANES`] boxes.
 pub(in crate::engine) struct Pass<'a> {
-    /// What to run. Its choices are instructions of their own, not fused, and no instruction
-    /// writes to an output but the first.
+    /// What to run. If anything is to be recorded, its choices are instructions of their own, not
+    /// fused.
     pub(in crate::engine) tape: &'a Tape,
     /// A block of sides per axis.
     pub(in crate::engine) boxes: &'a [BoundsBlock; 3],
@@ -103,16 +103,15 @@ pub(super) fn run(pass: &mut Pass<'_>) {
     let points: [&[BoundsBlock]; 3] = pass.boxes.each_ref().map(std::slice::from_ref);
     let records = pass.decisions.len() >= pass.tape.instructions.len();
     let mut worst = [DEFINED; LANES];
-    // The only output that an instruction writes is the first one.
-    let mut columns = [&mut *pass.outputs];
     for (index, instruction) in pass.tape.instructions.iter().enumerate() {
+        let outputs = &mut *pass.outputs;
         let (out, sources) = operands(
             instruction,
             points,
             pass.scalars,
-            0..1,
+            1,
             pass.registers,
-            &mut columns,
+            |output| std::slice::from_mut(&mut outputs[output]),
         );
         table::execute(instruction, out, &sources);
         if pass.settle {

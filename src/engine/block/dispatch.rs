@@ -5,12 +5,13 @@
 
 #![allow(unsafe_code)]
 
-use super::bounds::Bounds;
+use super::bounds::{self, BoundsBlock};
 use super::choices::{self, Pass};
 use super::execute::{self, Columns};
 use super::number::Number;
-use super::single::{self, Line};
 use crate::engine::tape::Tape;
+use crate::graph::Interval;
+use crate::graph::interval::Enclosure;
 use std::sync::OnceLock;
 
 /// The instruction sets that kernels are compiled for.
@@ -61,98 +62,67 @@ fn detect() -> Kernels {
     }
 }
 
-/// Runs the tape on all blocks of the columns, `group` at a time, with these kernels or narrower
-/// ones.
-pub(super) fn run<N: Number>(
-    kernels: Kernels,
+/// Makes a function that runs `$body` with these kernels or narrower ones, compiled for each.
+macro_rules! dispatched {
+    (
+        $(#[$doc:meta])*
+        $name:ident, $avx2:ident, $avx512:ident $(<$number:ident>)? =
+        $body:path, $($argument:ident: $type:ty),+
+    ) => {
+        $(#[$doc])*
+        pub(super) fn $name$(<$number: Number>)?(kernels: Kernels, $($argument: $type),+) {
+            match kernels.or_narrower() {
+                Kernels::Baseline => $body($($argument),+),
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: `or_narrower` gives `Avx2` only where `detect` has found its features.
+                Kernels::Avx2 => unsafe { $avx2($($argument),+) },
+                #[cfg(target_arch = "x86_64")]
+                // SAFETY: `or_narrower` gives `Avx512` only where `detect` has found its features.
+                Kernels::Avx512 => unsafe { $avx512($($argument),+) },
+                #[cfg(not(target_arch = "x86_64"))]
+                Kernels::Avx2 | Kernels::Avx512 => $body($($argument),+),
+            }
+        }
+
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx2,fma")]
+        fn $avx2$(<$number: Number>)?($($argument: $type),+) {
+            $body($($argument),+);
+        }
+
+        #[cfg(target_arch = "x86_64")]
+        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+        fn $avx512$(<$number: Number>)?($($argument: $type),+) {
+            $body($($argument),+);
+        }
+    };
+}
+
+dispatched! {
+    /// Runs the tape on all blocks of the columns, `group` at a time.
+    run, run_avx2, run_avx512<N> = execute::run,
     tape: &Tape,
     group: usize,
     registers: &mut [N::Block],
-    columns: &mut Columns<'_, '_, N>,
-) {
-    match kernels.or_narrower() {
-        Kernels::Baseline => execute::run(tape, group, registers, columns),
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `or_narrower` gives `Avx2` only where `detect` has found its features.
-        Kernels::Avx2 => unsafe { run_avx2(tape, group, registers, columns) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `or_narrower` gives `Avx512` only where `detect` has found its features.
-        Kernels::Avx512 => unsafe { run_avx512(tape, group, registers, columns) },
-        #[cfg(not(target_arch = "x86_64"))]
-        Kernels::Avx2 | Kernels::Avx512 => execute::run(tape, group, registers, columns),
-    }
+    columns: &mut Columns<'_, '_, N>
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn run_avx2<N: Number>(
-    tape: &Tape,
-    group: usize,
-    registers: &mut [N::Block],
-    columns: &mut Columns<'_, '_, N>,
-) {
-    execute::run(tape, group, registers, columns);
+dispatched! {
+    /// Runs a tape over boxes and records what is decided.
+    record, record_avx2, record_avx512 = choices::run,
+    pass: &mut Pass<'_>
 }
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn run_avx512<N: Number>(
-    tape: &Tape,
-    group: usize,
-    registers: &mut [N::Block],
-    columns: &mut Columns<'_, '_, N>,
-) {
-    execute::run(tape, group, registers, columns);
+dispatched! {
+    /// Makes blocks of boxes' sides.
+    load, load_avx2, load_avx512 = bounds::load,
+    blocks: &mut [BoundsBlock],
+    sides: &[&[Interval]]
 }
 
-/// Runs a tape over boxes and records what is decided, with these kernels or narrower ones.
-pub(super) fn record(kernels: Kernels, pass: &mut Pass<'_>) {
-    match kernels.or_narrower() {
-        Kernels::Baseline => choices::run(pass),
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `or_narrower` gives `Avx2` only where `detect` has found its features.
-        Kernels::Avx2 => unsafe { record_avx2(pass) },
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `or_narrower` gives `Avx512` only where `detect` has found its features.
-        Kernels::Avx512 => unsafe { record_avx512(pass) },
-        #[cfg(not(target_arch = "x86_64"))]
-        Kernels::Avx2 | Kernels::Avx512 => choices::run(pass),
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn record_avx2(pass: &mut Pass<'_>) {
-    choices::run(pass);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
-fn record_avx512(pass: &mut Pass<'_>) {
-    choices::run(pass);
-}
-
-/// Runs the lines of a tape on one box, with these kernels or narrower ones.
-pub(super) fn run_single(
-    kernels: Kernels,
-    lines: &[Line],
-    scalars: &[Bounds],
-    memory: &mut [Bounds],
-) {
-    match kernels.or_narrower() {
-        Kernels::Baseline => single::run(lines, scalars, memory),
-        // One box has no use for wider vectors.
-        #[cfg(target_arch = "x86_64")]
-        // SAFETY: `or_narrower` gives either only where `detect` has found the features of `Avx2`,
-        // which are among those of `Avx512`.
-        Kernels::Avx2 | Kernels::Avx512 => unsafe { run_single_avx2(lines, scalars, memory) },
-        #[cfg(not(target_arch = "x86_64"))]
-        Kernels::Avx2 | Kernels::Avx512 => single::run(lines, scalars, memory),
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn run_single_avx2(lines: &[Line], scalars: &[Bounds], memory: &mut [Bounds]) {
-    single::run(lines, scalars, memory);
+dispatched! {
+    /// Copies enclosures out of a block.
+    store, store_avx2, store_avx512 = bounds::store,
+    enclosures: &mut [Enclosure],
+    block: &BoundsBlock
 }

@@ -1,14 +1,14 @@
 //! Enclosures of boxes, one or many: a tape over intervals.
 //!
 //! The steps are those of the graph itself, in which every operation keeps its own interval rule;
-//! lowered ones would enclose less tightly. Boxes are taken 64 at a time or, if there are few, one
-//! by one by [`super::single`]; the bits are the same. A box alone is left to machine code
-//! ([`crate::engine::jit::bounds`]) where that suits, which is faster and tighter.
+//! lowered ones would enclose less tightly. Boxes are taken 64 at a time in blocks; a box alone
+//! takes the table's interval rules or, if there are many such, machine code
+//! ([`crate::engine::jit::bounds`]), which has the same bits: tighter ones than blocks.
 
-use super::bounds::{Bounds, BoundsBlock};
+use super::bounds::{Bounds, BoundsBlock, NOTHING};
+use super::choices::Pass;
 use super::number::{LANES, Number, lend};
-use super::single::{self, Line};
-use super::{Kernels, LARGEST_MEMORY, dispatch, run_block};
+use super::{LARGEST_MEMORY, dispatch};
 use crate::engine::Tier;
 use crate::engine::jit::bounds::{self, BoxCode, BoxNumber};
 use crate::engine::lower::{self, Lowered, Operand};
@@ -16,29 +16,33 @@ use crate::engine::tape::{self, Tape};
 use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Interval, NodeId};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// So many boxes take longer one by one than as a block.
-const FEW: usize = 8;
+/// After so many single boxes they are compiled: the code takes some 20 µs a step to make and
+/// then saves about 25 ns a step.
+const WORTH_COMPILING: usize = 800;
 
-/// The longest list of steps that is compiled for single boxes without being asked for; it takes
-/// some 20 µs a step.
-const QUICKLY_COMPILED: usize = 512;
+/// The longest list of steps that is compiled without being asked for: more would be an
+/// interruption.
+const LARGEST_CODE: usize = 1 << 14;
 
 /// What encloses some roots of a graph.
 pub(in crate::engine) struct Enclosures {
     lowered: Lowered,
     tape: Tape,
-    /// The tape for one box.
-    lines: Vec<Line>,
     /// The scalars, if there are no parameters.
     fixed: Option<Scalars>,
     /// Machine code for one box.
     code: OnceLock<Option<Box<BoxCode>>>,
+    /// How many boxes came alone.
+    singles: AtomicUsize,
 }
 
 /// What is the same for all boxes: the parameters, what depends on them alone, and constants.
 pub(in crate::engine) struct Scalars {
     bounds: Vec<Bounds>,
+    /// The same but for constants, for the table's rules.
+    uniforms: Vec<Enclosure>,
     /// The same for machine code.
     numbers: Vec<BoxNumber>,
 }
@@ -55,11 +59,11 @@ impl Enclosures {
         let fixed = (parameters == 0)
             .then(|| Scalars::new(uniforms(&lowered, std::iter::empty()), &tape.constants));
         Enclosures {
-            lines: single::lines(&tape),
             lowered,
             tape,
             fixed,
             code: OnceLock::new(),
+            singles: AtomicUsize::new(0),
         }
     }
 
@@ -71,127 +75,137 @@ impl Enclosures {
         Scalars::new(uniforms(&self.lowered, parameters), &self.tape.constants)
     }
 
-    /// All outputs over one box, by machine code; false if it is not for this tier or these steps.
-    /// Which it is depends on them alone, so that the same box is always enclosed in the same way.
-    pub(in crate::engine) fn run_alone(
-        &self,
-        tier: Tier,
-        sides: &[Interval],
-        scalars: &Scalars,
-        outputs: &mut [Enclosure],
-    ) -> bool {
-        let is_meant = match tier {
-            Tier::Automatic => self.lowered.steps.len() <= QUICKLY_COMPILED,
-            tier => tier == Tier::MachineCode,
-        };
-        if !is_meant || !bounds::suits(&self.lowered) {
-            return false;
-        }
-        let new = || bounds::compile(&self.lowered).ok().map(Box::new);
-        let code = self.code.get_or_init(new);
-        code.as_ref()
-            .is_some_and(|code| code.run(sides, &scalars.numbers, outputs))
-    }
-
     /// All outputs over as many boxes as the shortest column has; a missing column has none.
-    /// Returns false, with the outputs as they were,
-    /// if the tape is too large to run.
+    /// One box alone, unless blocks are asked for, gets the tightest ends, by machine code or by the
+    /// table's rules; so do many of a tape that is too large to run.
     pub(in crate::engine) fn run(
         &self,
-        kernels: Kernels,
+        tier: Tier,
         sides: &[&[Interval]],
         scalars: &Scalars,
         outputs: &mut [&mut [Enclosure]],
-    ) -> bool {
+    ) {
         let (dimension, results) = (self.lowered.dimension, self.lowered.outputs.len());
-        if self.tape.registers * size_of::<BoundsBlock>() > LARGEST_MEMORY {
-            return false;
-        }
         if sides.len() < dimension || outputs.len() < results {
-            return true;
+            return;
         }
         let (sides, outputs) = (&sides[..dimension], &mut outputs[..results]);
         let lengths = sides.iter().map(|column| column.len());
         let lengths = lengths.chain(outputs.iter().map(|column| column.len()));
         let count = lengths.min().unwrap_or(0);
-        let rest = count % LANES;
-        let in_blocks = if rest <= FEW { count - rest } else { count };
-        if in_blocks > 0 {
-            self.run_blocks(kernels, in_blocks, sides, scalars, outputs);
+        let is_alone = count == 1 && !matches!(tier, Tier::Block(_));
+        let is_too_large = self.tape.registers * size_of::<BoundsBlock>() > LARGEST_MEMORY;
+        if is_alone || is_too_large || tier == Tier::Interpreter {
+            for index in 0..count {
+                self.run_alone(tier, index, sides, scalars, outputs);
+            }
+        } else {
+            self.run_blocks(tier, count, sides, scalars, outputs);
         }
-        if in_blocks < count {
-            self.run_single(kernels, in_blocks..count, sides, scalars, outputs);
-        }
-        true
     }
 
-    /// The first `count` boxes, in blocks. Lanes that are left over repeat the last box: they cost
-    /// what it costs.
+    /// One of the boxes. Machine code and rules give the same bits.
+    fn run_alone(
+        &self,
+        tier: Tier,
+        index: usize,
+        sides: &[&[Interval]],
+        scalars: &Scalars,
+        outputs: &mut [&mut [Enclosure]],
+    ) {
+        let mut place = [Interval::EMPTY; 3];
+        for (side, column) in place.iter_mut().zip(sides) {
+            *side = column[index];
+        }
+        let mut write = |output: usize, enclosure| outputs[output][index] = enclosure;
+        match self.code(tier) {
+            Some(code) => code.run(&place, &scalars.numbers, write),
+            None => self.run_rules(&place, &scalars.uniforms, &mut write),
+        }
+    }
+
+    /// The machine code for one box, where it can be made and is worth it.
+    fn code(&self, tier: Tier) -> Option<&BoxCode> {
+        let is_worth_it = match tier {
+            Tier::MachineCode => true,
+            Tier::Automatic => {
+                self.lowered.steps.len() <= LARGEST_CODE
+                    && self.singles.fetch_add(1, Ordering::Relaxed) >= WORTH_COMPILING
+            }
+            _ => false,
+        };
+        let new = || bounds::compile(&self.lowered).ok().map(Box::new);
+        is_worth_it
+            .then(|| self.code.get_or_init(new).as_deref())
+            .flatten()
+    }
+
+    /// All outputs over a box, by the table's interval rules.
+    fn run_rules(
+        &self,
+        sides: &[Interval; 3],
+        uniforms: &[Enclosure],
+        write: &mut impl FnMut(usize, Enclosure),
+    ) {
+        thread_local! {
+            static KEPT: std::cell::Cell<Vec<Enclosure>> =
+                const { std::cell::Cell::new(Vec::new()) };
+        }
+        let length = self.lowered.steps.len();
+        KEPT.with(|kept| {
+            lend(kept, length, Enclosure::of_number(0.0), |registers| {
+                for (index, step) in self.lowered.steps.iter().enumerate() {
+                    let (done, rest) = registers.split_at_mut(index);
+                    let at = |operand| enclosure(operand, sides, uniforms, done);
+                    let [a, b, c] = step.operands;
+                    rest[0] = match step.operation.arity() {
+                        1 => (step.operation.operation().interval)(&[at(a)]),
+                        2 => (step.operation.operation().interval)(&[at(a), at(b)]),
+                        _ => (step.operation.operation().interval)(&[at(a), at(b), at(c)]),
+                    };
+                }
+                for (output, &operand) in self.lowered.outputs.iter().enumerate() {
+                    write(output, enclosure(operand, sides, uniforms, registers));
+                }
+            });
+        });
+    }
+
+    /// The first `count` boxes, in blocks.
     fn run_blocks(
         &self,
-        kernels: Kernels,
+        tier: Tier,
         count: usize,
         sides: &[&[Interval]],
         scalars: &Scalars,
         outputs: &mut [&mut [Enclosure]],
     ) {
-        let memory = self.tape.registers + sides.len() + outputs.len();
-        Bounds::with_memory(memory, |memory| {
-            let (registers, columns) = memory.split_at_mut(self.tape.registers);
-            let (points, found) = columns.split_at_mut(sides.len());
+        let kernels = tier.kernels();
+        let mut boxes = [NOTHING; 3];
+        Bounds::with_memory(self.tape.registers + outputs.len(), |memory| {
+            let (registers, found) = memory.split_at_mut(self.tape.registers);
             for start in (0..count).step_by(LANES) {
-                let lanes = LANES.min(count - start);
-                for (block, column) in points.iter_mut().zip(sides) {
-                    let column = &column[start..start + lanes];
-                    for lane in 0..LANES {
-                        let side = column[lane.min(lanes - 1)];
-                        Bounds::set(block, lane, Bounds::of_side(side));
-                    }
+                let range = start..count.min(start + LANES);
+                let mut columns: [&[Interval]; 3] = [&[]; 3];
+                for (part, column) in columns.iter_mut().zip(sides) {
+                    *part = &column[range.clone()];
                 }
-                run_block(
-                    &self.tape,
-                    kernels,
-                    points,
-                    &scalars.bounds,
+                dispatch::load(kernels, &mut boxes, &columns[..sides.len()]);
+                let mut pass = Pass {
+                    tape: &self.tape,
+                    boxes: &boxes,
+                    scalars: &scalars.bounds,
                     registers,
-                    found,
-                );
+                    outputs: found,
+                    decisions: &mut [],
+                    settle: false,
+                    tame: 0,
+                };
+                pass.run(kernels);
                 for (block, column) in found.iter().zip(outputs.iter_mut()) {
-                    for (lane, enclosure) in column[start..start + lanes].iter_mut().enumerate() {
-                        *enclosure = Bounds::get(block, lane).into();
-                    }
+                    dispatch::store(kernels, &mut column[range.clone()], block);
                 }
             }
-        });
-    }
-
-    /// These boxes, one by one.
-    fn run_single(
-        &self,
-        kernels: Kernels,
-        boxes: std::ops::Range<usize>,
-        sides: &[&[Interval]],
-        scalars: &Scalars,
-        outputs: &mut [&mut [Enclosure]],
-    ) {
-        thread_local! {
-            static KEPT: std::cell::Cell<Vec<Bounds>> = const { std::cell::Cell::new(Vec::new()) };
-        }
-        let memory = single::memory(&self.tape, outputs.len());
-        KEPT.with(|kept| {
-            lend(kept, memory, Bounds::of_side(Interval::EMPTY), |memory| {
-                for index in boxes {
-                    let coordinates = single::coordinates(&self.tape, memory);
-                    for (coordinate, column) in coordinates.iter_mut().zip(sides) {
-                        *coordinate = Bounds::of_side(column[index]);
-                    }
-                    dispatch::run_single(kernels, &self.lines, &scalars.bounds, memory);
-                    let found = single::outputs(&self.tape, memory);
-                    for (&bounds, column) in found.iter().zip(outputs.iter_mut()) {
-                        column[index] = bounds.into();
-                    }
-                }
-            });
         });
     }
 
@@ -201,13 +215,29 @@ impl Enclosures {
     }
 }
 
+/// An operand over a box.
+fn enclosure(
+    operand: Operand,
+    sides: &[Interval; 3],
+    uniforms: &[Enclosure],
+    registers: &[Enclosure],
+) -> Enclosure {
+    match operand {
+        Operand::Constant(number) => Enclosure::of_number(number),
+        Operand::Uniform(index) => uniforms[index as usize],
+        Operand::Coordinate(axis) => Enclosure::of_interval(sides[usize::from(axis)]),
+        Operand::Register(register) => registers[register as usize],
+    }
+}
+
 impl Scalars {
-    fn new(mut uniforms: Vec<Enclosure>, constants: &[f64]) -> Scalars {
-        let numbers = uniforms.iter().map(|&uniform| uniform.into()).collect();
-        uniforms.extend(constants.iter().map(|&number| Enclosure::of_number(number)));
+    fn new(uniforms: Vec<Enclosure>, constants: &[f64]) -> Scalars {
+        let constants = constants.iter().map(|&number| Enclosure::of_number(number));
+        let all = uniforms.iter().copied().chain(constants);
         Scalars {
-            bounds: uniforms.into_iter().map(Bounds::from).collect(),
-            numbers,
+            bounds: all.map(Bounds::from).collect(),
+            numbers: uniforms.iter().map(|&uniform| uniform.into()).collect(),
+            uniforms,
         }
     }
 }
@@ -224,12 +254,10 @@ fn uniforms(lowered: &Lowered, parameters: impl Iterator<Item = Enclosure>) -> V
     let mut uniforms: Vec<Enclosure> = parameters.take(lowered.parameters).collect();
     uniforms.resize(lowered.parameters, Enclosure::of_number(f64::NAN));
     for step in &lowered.uniform_steps {
-        let operands = step.operands.map(|operand| match operand {
-            Operand::Uniform(index) => uniforms[index as usize],
-            Operand::Constant(number) => Enclosure::of_number(number),
-            // Neither occurs in what depends on q alone.
-            Operand::Coordinate(_) | Operand::Register(_) => Enclosure::of_number(f64::NAN),
-        });
+        // What depends on q alone has no coordinates and no registers.
+        let operands = step
+            .operands
+            .map(|operand| enclosure(operand, &[Interval::EMPTY; 3], &uniforms, &[]));
         let rule = step.operation.operation().interval;
         uniforms.push(rule(&operands[..step.operands().len()]));
     }

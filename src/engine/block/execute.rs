@@ -8,7 +8,6 @@
 use super::number::Number;
 use super::table;
 use crate::engine::tape::{Instruction, Place, Source, Tape};
-use std::ops::Range;
 
 /// What a tape reads and writes, in blocks: a column per coordinate and per output, of equal
 /// lengths.
@@ -52,13 +51,14 @@ fn pass<N: Number>(
         *point = &column[first..first + count];
     }
     for instruction in &tape.instructions {
+        let outputs = &mut *columns.outputs;
         let (out, sources) = operands(
             instruction,
             points,
             columns.scalars,
-            first..first + count,
+            count,
             registers,
-            columns.outputs,
+            |output| &mut outputs[output][first..first + count],
         );
         table::execute(instruction, out, &sources);
     }
@@ -75,18 +75,17 @@ fn pass<N: Number>(
     }
 }
 
-/// The blocks that an instruction writes and where it finds its operands. `points` are the blocks
-/// of this range already, of `outputs` it is taken.
+/// The `count` blocks that an instruction writes, which are `output`'s or a register's, and where it
+/// finds its operands. `points` has as many blocks.
 #[inline(always)]
 pub(super) fn operands<'a, N: Number>(
     instruction: &Instruction,
     points: [&'a [N::Block]; 3],
     scalars: &'a [N],
-    range: Range<usize>,
+    count: usize,
     registers: &'a mut [N::Block],
-    outputs: &'a mut [&mut [N::Block]],
+    output: impl FnOnce(usize) -> &'a mut [N::Block],
 ) -> (&'a mut [N::Block], Sources<'a, N>) {
-    let count = range.len();
     let mut sources = Sources {
         points,
         scalars,
@@ -96,10 +95,10 @@ pub(super) fn operands<'a, N: Number>(
         count,
     };
     let out = match instruction.output() {
-        Some(output) => {
+        Some(place) => {
             // No register is written, so all are below the hole.
             sources.below = registers;
-            &mut outputs[output][range]
+            output(place)
         }
         None => {
             let start = instruction.out as usize * count;

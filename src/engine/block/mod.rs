@@ -5,9 +5,8 @@
 //! [`table`] is the list of kernels with their formulas, written for any [`number::Number`];
 //! [`execute`] walks over tape and blocks; [`dispatch`] compiles both for several instruction sets
 //! and holds the tier's only `unsafe`, the calls into those. [`bounds`] makes enclosures a number
-//! of tapes, and [`enclose`] runs them over boxes, few of which [`mod@single`] takes one by one;
-//! [`choices`] does so too and records which of
-//! their operands choices take there.
+//! of tapes, [`choices`] runs them over boxes and records which of their operands choices take
+//! there, and [`enclose`] is what encloses a field over any number of boxes.
 //!
 //! On f64 the results are those of the interpreter, to the last bit, whatever the instruction set
 //! and the length of a batch. On f32 every operation rounds to f32.
@@ -18,7 +17,6 @@ mod dispatch;
 mod enclose;
 mod execute;
 mod number;
-mod single;
 mod table;
 
 use super::tape::Tape;

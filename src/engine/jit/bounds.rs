@@ -15,7 +15,6 @@ mod table;
 mod translate;
 
 use super::chunk::Lengths;
-use super::emit;
 use super::memory::FreeingModule;
 use super::stages::{self, Stage, Stages};
 use super::{Refusal, check_size};
@@ -108,8 +107,7 @@ pub(in crate::engine) struct BoxCode {
     call_upward: CallUpward,
     /// See [`table`].
     constants: Vec<Vector>,
-    /// The lengths that `run` demands.
-    sides: usize,
+    /// How many there are.
     uniforms: usize,
     outputs: usize,
     slots: usize,
@@ -123,13 +121,6 @@ const LENGTHS: Lengths = Lengths {
     whole: 64,
     chunk: 64,
 };
-
-/// Whether this code encloses faster than the block tier: where there are no functions, whose
-/// rules for single intervals are slow.
-pub(in crate::engine) fn suits(lowered: &Lowered) -> bool {
-    let mut steps = lowered.steps.iter();
-    steps.all(|step| emit::native(step.operation).is_some())
-}
 
 /// Compiles enclosures of steps that [`super::super::lower::list`] has made.
 pub(in crate::engine) fn compile(lowered: &Lowered) -> Result<BoxCode, Refusal> {
@@ -172,7 +163,6 @@ fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<BoxCode, Refusal>
         parts: parts.collect(),
         call_upward,
         constants: table.vectors,
-        sides: lowered.dimension,
         uniforms: lowered.uniforms(),
         outputs: lowered.outputs.len(),
         slots: plan.slots,
@@ -227,27 +217,18 @@ fn call(source: Source<'_>, step: usize) -> Call {
 const FEW: usize = 8;
 
 impl BoxCode {
-    /// Encloses the outputs over the box with these sides. `uniforms` are the parameters and what
-    /// is computed of them alone. Returns whether it did: not if sides, uniforms or outputs are
-    /// missing.
+    /// Encloses the outputs over the box with these sides and hands each with its place to
+    /// `write`. `uniforms` are the parameters and what is computed of them alone, as many as the
+    /// code was made for.
     pub(in crate::engine) fn run(
         &self,
-        sides: &[Interval],
+        sides: &[Interval; 3],
         uniforms: &[BoxNumber],
-        outputs: &mut [Enclosure],
-    ) -> bool {
-        let (Some(sides), Some(outputs)) =
-            (sides.get(..self.sides), outputs.get_mut(..self.outputs))
-        else {
-            return false;
-        };
-        if uniforms.len() < self.uniforms {
-            return false;
-        }
-        let mut numbers = [BoxNumber::NOTHING; 3];
-        for (number, &side) in numbers.iter_mut().zip(sides) {
-            *number = Enclosure::of_interval(side).into();
-        }
+        mut write: impl FnMut(usize, Enclosure),
+    ) {
+        assert!(uniforms.len() >= self.uniforms, "a uniform is missing");
+        let [x, y, z] = sides;
+        let sides = [x, y, z].map(|&side| Enclosure::of_interval(side).into());
         let count = self.slots + self.outputs;
         let mut few = [BoxNumber::NOTHING; FEW];
         let mut many = Vec::new();
@@ -259,11 +240,10 @@ impl BoxCode {
             }
         };
         let (slots, results) = memory.split_at_mut(self.slots);
-        self.execute(&numbers, uniforms, slots, results);
-        for (output, &result) in outputs.iter_mut().zip(&*results) {
-            *output = result.into();
+        self.execute(&sides, uniforms, slots, results);
+        for (output, &result) in results.iter().enumerate() {
+            write(output, result.into());
         }
-        true
     }
 
     /// Runs all parts. There are as many uniforms, slots and outputs as the code uses.

@@ -2,9 +2,10 @@
 //!
 //! The rounding error of each of these is itself a number that can be computed exactly (Muller et
 //! al., Handbook of Floating-Point Arithmetic, 2nd ed., sections 4.3 and 4.4), so an end moves
-//! outward only when the result was inexact in that direction. Where a result is so small that
-//! its error may not be representable, it always moves. Zeros times infinity are 0: an infinite
-//! end stands for unbounded finite numbers.
+//! outward only when the result was inexact in that direction: ends are the tightest. Where a
+//! result is so small that its error may not be representable, the error is computed of operands
+//! scaled by powers of two. Zeros times infinity are 0: an infinite end stands for unbounded
+//! finite numbers.
 
 /// Below this, the error of a product or quotient may underflow: 2^-960.
 const SMALL: f64 = f64::from_bits((1023 - 960) << 52);
@@ -42,11 +43,10 @@ pub(super) fn multiply_down(a: f64, b: f64) -> f64 {
             product
         };
     }
-    if product.abs() < SMALL {
-        let positive = (a < 0.0) == (b < 0.0);
-        return small_down(product, positive);
-    }
-    let error = a.mul_add(b, -product);
+    let error = match product.abs() < SMALL {
+        true => small_product_error(a, b, product),
+        false => a.mul_add(b, -product),
+    };
     if error < 0.0 {
         product.next_down()
     } else {
@@ -73,11 +73,10 @@ pub(super) fn divide_down(a: f64, b: f64) -> f64 {
             quotient
         };
     }
-    if quotient.abs() < SMALL || a.abs() < SMALL {
-        let positive = (a < 0.0) == (b < 0.0);
-        return small_down(quotient, positive);
-    }
-    let error = (-quotient).mul_add(b, a);
+    let error = match quotient.abs() < SMALL || a.abs() < SMALL {
+        true => small_quotient_error(a, b, quotient),
+        false => (-quotient).mul_add(b, a),
+    };
     let is_above = if b > 0.0 { error < 0.0 } else { error > 0.0 };
     if is_above {
         quotient.next_down()
@@ -126,9 +125,38 @@ fn overflow_down(infinity: f64) -> f64 {
     if infinity > 0.0 { f64::MAX } else { infinity }
 }
 
-/// A lower bound of a nonzero result that was rounded to this small number: it may have been
-/// below, but never on the other side of 0.
-fn small_down(rounded: f64, positive: bool) -> f64 {
-    let down = rounded.next_down();
-    if positive { down.max(0.0) } else { down }
+/// A number with the sign of a·b − product, for a product so small that its error may not be
+/// representable.
+fn small_product_error(a: f64, b: f64, product: f64) -> f64 {
+    let ((a, first), (b, second)) = (significand(a), significand(b));
+    a.mul_add(b, -scaled(product, -(first + second)))
+}
+
+/// A number with the sign of a − quotient·b, likewise.
+fn small_quotient_error(a: f64, b: f64, quotient: f64) -> f64 {
+    let ((a, first), (b, second)) = (significand(a), significand(b));
+    // With a = a'·2^m and b = b'·2^n the quotient is 2^(m−n) times that of a' and b'.
+    (-scaled(quotient, second - first)).mul_add(b, a)
+}
+
+/// (s, e) with x = s·2^e and 1 ≤ |s| < 2, for a finite x that is not 0.
+fn significand(x: f64) -> (f64, i32) {
+    const FRACTION: u32 = f64::MANTISSA_DIGITS - 1;
+    /// 2^64, which makes subnormal numbers normal.
+    const LIFT: f64 = (1u128 << 64) as f64;
+    let (x, lifted) = match x.is_subnormal() {
+        true => (x * LIFT, 64),
+        false => (x, 0),
+    };
+    let exponent = ((x.to_bits() >> FRACTION) & 0x7ff) as i32 - 1023;
+    let fraction = x.to_bits() & !(0x7ff << FRACTION);
+    let significand = f64::from_bits(fraction | 1f64.to_bits());
+    (significand, exponent - lifted)
+}
+
+/// x·2^exponent for what neither overflows nor underflows, nor does half way.
+fn scaled(x: f64, exponent: i32) -> f64 {
+    let power = |exponent: i32| f64::from_bits(((1023 + exponent) as u64) << 52);
+    let third = exponent / 3;
+    x * power(third) * power(third) * power(exponent - 2 * third)
 }
