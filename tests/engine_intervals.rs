@@ -269,18 +269,17 @@ fn a_box_is_enclosed_the_same_alone_in_a_batch_and_by_every_instruction_set() {
         }
         let program = program(&subject.graph, &subject.roots[..1], Kernels::widest());
         let q = own(&program, &subject.q);
+        let compiled =
+            Program::with_tier(&subject.graph, &subject.roots[..1], 3, Tier::MachineCode);
         for index in 0..BOXES {
             let sides = subject.sides(index);
             let mut range = [UNSET.range];
             program.enclose(&sides, &q, &mut range);
             assert_eq!(range[0], subject.natural[index].range, "seed {seed}");
-            // Machine code is tighter.
-            let compiled =
-                Program::with_tier(&subject.graph, &subject.roots[..1], 3, Tier::MachineCode);
+            // Machine code is tighter; it may know that there is no value where blocks do not.
             compiled.enclose(&sides, &q, &mut range);
             let natural = subject.natural[index].range;
             assert_eq!(range[0], range[0].intersection(natural), "seed {seed}");
-            assert!(natural.is_empty() || !range[0].is_empty(), "seed {seed}");
             let columns = sides.map(|side| [side]);
             let columns = columns.each_ref().map(|column| &column[..]);
             let mut value = [UNSET];

@@ -9,7 +9,7 @@
 //! `block` (the steps as a `tape`, each run over many points) or `interpret` (the reference).
 //! `explore` leads samplers
 //! and polygonizers through a subdivision of space, with tapes that `prune` shortens for its
-//! parts; `sparse` finds the parameters that matter in a box.
+//! parts; `extent` finds a box around a zero set; `sparse` finds the parameters that matter in a box.
 
 mod field;
 mod monitor;
@@ -27,6 +27,8 @@ mod tape;
 mod prune;
 
 mod explore;
+
+mod extent;
 
 mod sparse;
 
@@ -48,6 +50,7 @@ mod test_expressions;
 pub use block::Kernels;
 pub use compiled::CompiledField;
 pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
+pub use extent::{Extent, extent};
 pub use field::Field;
 pub use jit::{compilations, refusal};
 pub use monitor::{Monitor, Silent};

@@ -4,7 +4,7 @@
 //! parameters q. [`operation`] is the one table of operations; `build`, `simplify` and `traverse`
 //! make the [`Graph`], simplify it exactly and walk over it; [`mod@derive`] differentiates by source
 //! transformation; [`interval`] is the arithmetic of guaranteed enclosures that the table's
-//! interval rules are written in; [`mod@print`] shows a graph as text.
+//! interval rules are written in; [`projective`] is a function seen from infinity; [`mod@print`] shows a graph as text.
 
 mod build;
 pub mod derive;
@@ -12,6 +12,7 @@ pub mod interval;
 mod node;
 pub mod operation;
 pub mod print;
+pub mod projective;
 mod simplify;
 #[cfg(test)]
 mod test_support;

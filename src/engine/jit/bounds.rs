@@ -228,12 +228,13 @@ impl BoxCode {
     ) {
         assert!(uniforms.len() >= self.uniforms, "a uniform is missing");
         let [x, y, z] = sides;
-        let sides = [x, y, z].map(|&side| Enclosure::of_interval(side).into());
+        let number = |side: &Interval| Enclosure::of_interval(*side).into();
+        let sides = [number(x), number(y), number(z)];
         let count = self.slots + self.outputs;
         let mut few = [BoxNumber::NOTHING; FEW];
         let mut many = Vec::new();
         let memory = match count <= FEW {
-            true => &mut few[..],
+            true => &mut few[..count],
             false => {
                 many.resize(count, BoxNumber::NOTHING);
                 &mut many[..]
@@ -273,12 +274,15 @@ impl BoxCode {
                 }
                 Part::Functions(calls) => {
                     for call in calls {
-                        let operands = call.operands.map(|place| match place {
-                            Place::Slot(slot) => slots[slot as usize].into(),
-                            Place::Side(axis) => sides[usize::from(axis)].into(),
-                            Place::Uniform(index) => uniforms[index as usize].into(),
-                            Place::Constant(enclosure) => enclosure,
-                        });
+                        let mut operands = [Enclosure::of_number(0.0); 3];
+                        for (operand, place) in operands.iter_mut().zip(call.operands) {
+                            *operand = match place {
+                                Place::Slot(slot) => slots[slot as usize].into(),
+                                Place::Side(axis) => sides[usize::from(axis)].into(),
+                                Place::Uniform(index) => uniforms[index as usize].into(),
+                                Place::Constant(enclosure) => enclosure,
+                            };
+                        }
                         let rule = call.operation.operation().interval;
                         let enclosure = rule(&operands[..call.operation.arity()]);
                         slots[call.slot as usize] = enclosure.into();

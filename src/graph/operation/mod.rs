@@ -29,6 +29,8 @@ pub struct Operation {
     pub interval: fn(&[Enclosure]) -> Enclosure,
     /// How a change of an operand changes the result.
     pub derivative: Derivative,
+    /// What becomes of the result when the operands grow.
+    pub scaling: Scaling,
     /// How machine code computes it.
     pub code: MachineCode,
 }
@@ -84,6 +86,28 @@ pub enum Derivative {
         /// The place of the operand that is the result elsewhere.
         otherwise: usize,
     },
+}
+
+/// What an operation f makes of operands that are multiplied by powers of a t > 0, in exact
+/// arithmetic.
+#[derive(Clone, Copy, Debug)]
+pub enum Scaling {
+    /// f(t·a, t·b) = t·f(a, b).
+    Shared,
+    /// f(t·a, t·b) = f(a, b).
+    Invariant,
+    /// f(a, t·b, t·c) = t·f(a, b, c).
+    Chosen,
+    /// f(s·a, t·b) = s·t·f(a, b).
+    Product,
+    /// f(s·a, t·b) = s/t·f(a, b).
+    Quotient,
+    /// f(t·a) = tᵖ·f(a).
+    Power(f64),
+    /// f(t·a, p) = tᵖ·f(a, p).
+    PowerOfOperand,
+    /// Nothing of the kind.
+    None,
 }
 
 /// How machine code computes an operation. All three ways give the bits of the value rule.

@@ -1,6 +1,8 @@
 //! The table of operations.
 
-use super::{Derivative, Instruction, MachineCode, Operation, Value, lower, partial, value};
+use super::{
+    Derivative, Instruction, MachineCode, Operation, Scaling, Value, lower, partial, value,
+};
 use crate::graph::interval::rule;
 use crate::math::scalar;
 
@@ -48,6 +50,7 @@ operations! {
         value: Value::Two(|a, b| a + b),
         interval: |a| rule::smooth(a, a[0].range + a[1].range),
         derivative: Derivative::Partials(&[partial::one, partial::one]),
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Add),
     }
 
@@ -57,6 +60,7 @@ operations! {
         value: Value::Two(|a, b| a - b),
         interval: |a| rule::smooth(a, a[0].range - a[1].range),
         derivative: Derivative::Partials(&[partial::one, partial::minus_one]),
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Subtract),
     }
 
@@ -66,6 +70,7 @@ operations! {
         value: Value::Two(|a, b| a * b),
         interval: |a| rule::smooth(a, a[0].range * a[1].range),
         derivative: Derivative::Partials(&[partial::second_operand, partial::first_operand]),
+        scaling: Scaling::Product,
         code: MachineCode::Native(Instruction::Multiply),
     }
 
@@ -75,6 +80,7 @@ operations! {
         value: Value::Two(|a, b| a / b),
         interval: rule::divide,
         derivative: Derivative::Partials(&[|graph, [_, b, _], _| partial::reciprocal(graph, b), partial::divisor]),
+        scaling: Scaling::Quotient,
         code: MachineCode::Native(Instruction::Divide),
     }
 
@@ -84,6 +90,7 @@ operations! {
         value: Value::One(|a| -a),
         interval: |a| rule::smooth(a, -a[0].range),
         derivative: Derivative::Partials(&[partial::minus_one]),
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Negate),
     }
 
@@ -93,6 +100,7 @@ operations! {
         value: Value::One(|a| a * a),
         interval: |a| rule::smooth(a, a[0].range.square()),
         derivative: Derivative::Partials(&[partial::square]),
+        scaling: Scaling::Power(2.0),
         code: MachineCode::Native(Instruction::Square),
     }
 
@@ -102,6 +110,7 @@ operations! {
         value: Value::Two(value::power),
         interval: rule::power,
         derivative: Derivative::Partials(&[partial::power_base, partial::power_exponent]),
+        scaling: Scaling::PowerOfOperand,
         code: MachineCode::Host,
     }
 
@@ -111,6 +120,7 @@ operations! {
         value: Value::Two(value::power),
         interval: rule::power,
         derivative: Derivative::Partials(&[partial::integer_power, partial::power_exponent]),
+        scaling: Scaling::PowerOfOperand,
         code: MachineCode::Lower(lower::integer_power),
     }
 
@@ -120,6 +130,7 @@ operations! {
         value: Value::One(f64::sqrt),
         interval: |a| rule::within(a[0].range.low >= 0.0, a, a[0].range.square_root()),
         derivative: Derivative::Partials(&[partial::square_root]),
+        scaling: Scaling::Power(0.5),
         code: MachineCode::Native(Instruction::SquareRoot),
     }
 
@@ -129,6 +140,7 @@ operations! {
         value: Value::One(scalar::exp),
         interval: |a| rule::smooth(a, a[0].range.exp()),
         derivative: Derivative::Partials(&[partial::result]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -138,6 +150,7 @@ operations! {
         value: Value::One(scalar::log),
         interval: |a| rule::within(a[0].range.low > 0.0, a, a[0].range.log()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| partial::reciprocal(graph, a)]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -147,6 +160,7 @@ operations! {
         value: Value::One(scalar::sin),
         interval: |a| rule::smooth(a, a[0].range.sin()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cos, &[a])]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -156,6 +170,7 @@ operations! {
         value: Value::One(scalar::cos),
         interval: |a| rule::smooth(a, a[0].range.cos()),
         derivative: Derivative::Partials(&[partial::cos]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -165,6 +180,7 @@ operations! {
         value: Value::One(scalar::tan),
         interval: |a| rule::within(!a[0].range.has_tangent_pole(), a, a[0].range.tan()),
         derivative: Derivative::Partials(&[partial::tan]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -174,6 +190,7 @@ operations! {
         value: Value::One(scalar::asin),
         interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.asin()),
         derivative: Derivative::Partials(&[partial::asin]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -183,6 +200,7 @@ operations! {
         value: Value::One(scalar::acos),
         interval: |a| rule::within(a[0].range.abs().high <= 1.0, a, a[0].range.acos()),
         derivative: Derivative::Partials(&[partial::acos]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -192,6 +210,7 @@ operations! {
         value: Value::One(scalar::atan),
         interval: |a| rule::smooth(a, a[0].range.atan()),
         derivative: Derivative::Partials(&[partial::atan]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -201,6 +220,7 @@ operations! {
         value: Value::Two(value::atan2),
         interval: rule::atan2,
         derivative: Derivative::Partials(&[partial::atan2_first, partial::atan2_second]),
+        scaling: Scaling::Invariant,
         code: MachineCode::Host,
     }
 
@@ -210,6 +230,7 @@ operations! {
         value: Value::One(scalar::sinh),
         interval: |a| rule::smooth(a, a[0].range.sinh()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Cosh, &[a])]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -219,6 +240,7 @@ operations! {
         value: Value::One(scalar::cosh),
         interval: |a| rule::smooth(a, a[0].range.cosh()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Sinh, &[a])]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -228,6 +250,7 @@ operations! {
         value: Value::One(scalar::tanh),
         interval: |a| rule::smooth(a, a[0].range.tanh()),
         derivative: Derivative::Partials(&[partial::tanh]),
+        scaling: Scaling::None,
         code: MachineCode::Host,
     }
 
@@ -237,6 +260,7 @@ operations! {
         value: Value::One(f64::abs),
         interval: |a| rule::smooth(a, a[0].range.abs()),
         derivative: Derivative::Partials(&[|graph, [a, ..], _| graph.apply(Op::Sign, &[a])]),
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Abs),
     }
 
@@ -246,6 +270,7 @@ operations! {
         value: Value::One(value::sign),
         interval: |a| rule::steps(a, value::sign),
         derivative: Derivative::Zero,
+        scaling: Scaling::Invariant,
         code: MachineCode::Lower(lower::sign),
     }
 
@@ -255,6 +280,7 @@ operations! {
         value: Value::One(f64::floor),
         interval: |a| rule::steps(a, f64::floor),
         derivative: Derivative::Zero,
+        scaling: Scaling::None,
         code: MachineCode::Native(Instruction::Floor),
     }
 
@@ -264,6 +290,7 @@ operations! {
         value: Value::One(f64::ceil),
         interval: |a| rule::steps(a, f64::ceil),
         derivative: Derivative::Zero,
+        scaling: Scaling::None,
         code: MachineCode::Native(Instruction::Ceil),
     }
 
@@ -273,6 +300,7 @@ operations! {
         value: Value::One(value::round),
         interval: |a| rule::steps(a, value::round),
         derivative: Derivative::Zero,
+        scaling: Scaling::None,
         code: MachineCode::Lower(lower::round),
     }
 
@@ -282,6 +310,7 @@ operations! {
         value: Value::Two(value::modulo),
         interval: rule::modulo,
         derivative: Derivative::Partials(&[partial::one, partial::modulus]),
+        scaling: Scaling::Shared,
         code: MachineCode::Lower(lower::modulo),
     }
 
@@ -295,6 +324,7 @@ operations! {
             taken: 0,
             otherwise: 1,
         },
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Min),
     }
 
@@ -308,6 +338,7 @@ operations! {
             taken: 0,
             otherwise: 1,
         },
+        scaling: Scaling::Shared,
         code: MachineCode::Native(Instruction::Max),
     }
 
@@ -320,6 +351,7 @@ operations! {
             |graph, [a, ..], result| partial::hypot(graph, a, result),
             |graph, [_, b, _], result| partial::hypot(graph, b, result),
         ]),
+        scaling: Scaling::Shared,
         code: MachineCode::Host,
     }
 
@@ -329,6 +361,7 @@ operations! {
         value: Value::Two(|a, b| value::truth(a < b)),
         interval: rule::less,
         derivative: Derivative::Zero,
+        scaling: Scaling::Invariant,
         code: MachineCode::Native(Instruction::Less),
     }
 
@@ -338,6 +371,7 @@ operations! {
         value: Value::Two(|a, b| value::truth(a <= b)),
         interval: rule::less_equal,
         derivative: Derivative::Zero,
+        scaling: Scaling::Invariant,
         code: MachineCode::Native(Instruction::LessEqual),
     }
 
@@ -347,6 +381,7 @@ operations! {
         value: Value::Two(|a, b| value::truth(a == b)),
         interval: rule::equal,
         derivative: Derivative::Zero,
+        scaling: Scaling::Invariant,
         code: MachineCode::Native(Instruction::Equal),
     }
 
@@ -356,6 +391,7 @@ operations! {
         value: Value::One(|a| value::truth(!a.is_nan())),
         interval: rule::is_number,
         derivative: Derivative::Zero,
+        scaling: Scaling::None,
         code: MachineCode::Native(Instruction::IsNumber),
     }
 
@@ -369,6 +405,7 @@ operations! {
             taken: 1,
             otherwise: 2,
         },
+        scaling: Scaling::Chosen,
         code: MachineCode::Native(Instruction::Select),
     }
 
@@ -378,6 +415,7 @@ operations! {
         value: Value::Two(value::chain_product),
         interval: rule::chain_product,
         derivative: Derivative::Partials(&[partial::second_operand, partial::first_operand]),
+        scaling: Scaling::Product,
         code: MachineCode::Native(Instruction::ChainProduct),
     }
 }

@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::script::{output_path, write};
-use super::surfaces::{compiled_argument, no_bounds};
+use super::surfaces::{box_of, compiled_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::Field;
@@ -31,7 +31,7 @@ pub(super) const TABLE: &[Builtin] = &[action(
         "samples = 2",
         "transparent = false",
     ],
-    "A picture of a field, written to a PNG file if a path is given: a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
+    "A picture of a field, written to a PNG file if a path is given: a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
     plot,
 )];
 
@@ -46,7 +46,7 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             })?;
     }
     let (field, bounds) = compiled_argument(session, arguments)?;
-    let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
+    let bounds = box_of(&field, 0.0, bounds, arguments)?;
     let options = options(session, arguments, bounds)?;
     let picture = picture::render(&field, &options, session.host.monitor())
         .map_err(|error| picture_failure(&error, arguments))?;

@@ -2,6 +2,7 @@
 
 use std::rc::Rc;
 
+use super::extent::found_bounds;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::CompiledField;
@@ -27,7 +28,7 @@ pub(super) const TABLE: &[Builtin] = &[
             "cap = false",
             "tolerance = 1e-9",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says; `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it.",
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it.",
         polygonize,
     ),
     action(
@@ -83,7 +84,7 @@ fn bare(kind: &str) -> &str {
 }
 
 /// The field that an argument stands for: a field, or a function of a point or of coordinates.
-fn field_argument(
+pub(super) fn field_argument(
     session: &mut Session,
     arguments: &Arguments,
     dimension_hint: Option<usize>,
@@ -139,6 +140,19 @@ pub(super) fn compiled_argument(
     Ok((compiled, bounds))
 }
 
+/// The box that was given or, without one, a box that provably holds the whole level set.
+pub(super) fn box_of(
+    field: &CompiledField,
+    iso: f64,
+    given: Option<Bounds>,
+    arguments: &Arguments,
+) -> Outcome<Bounds> {
+    match given {
+        Some(bounds) => Ok(bounds),
+        None => found_bounds(field, iso, arguments),
+    }
+}
+
 fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     match arguments.text("method")?.as_deref() {
         None | Some("cubes") => {}
@@ -148,7 +162,8 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         }
     }
     let (field, bounds) = compiled_argument(session, arguments)?;
-    let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
+    let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
+    let bounds = box_of(&field, iso, bounds, arguments)?;
     let mut options = polygonize::Options::new(bounds);
     if let Some(resolution) = arguments.positive(session, "resolution")? {
         options.cell = bounds.size().max_element() / resolution;
@@ -156,9 +171,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(cell) = arguments.positive(session, "cell")? {
         options.cell = cell;
     }
-    if let Some(iso) = arguments.number(session, "iso")? {
-        options.iso = iso;
-    }
+    options.iso = iso;
     if let Some(cap) = arguments.bool(session, "cap")? {
         options.cap = cap;
     }
@@ -186,20 +199,6 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     .map_err(|error| polygonize_failure(error, arguments))?;
     warn_about_mesh(session, arguments, &statistics, &options);
     Ok(value)
-}
-
-pub(super) fn no_bounds(arguments: &Arguments) -> Box<Diagnostic> {
-    let mut error = failure(
-        Code::NoBounds,
-        "the field has no domain, so it is not known where to look for its zeros",
-    )
-    .at(arguments.place("f"), "a field without `over`");
-    error.help = Some(
-        "write `field name(…) over -2..2 = …`, or give `bounds = -2..2` (or one interval for each \
-         axis, `bounds = [-2..2, -2..2, 0..1]`)"
-            .into(),
-    );
-    error
 }
 
 fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diagnostic> {

@@ -1,0 +1,116 @@
+//! Boxes found for fields that come without one.
+
+use super::surfaces::field_argument;
+use super::{Arguments, Builtin, action};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::engine::{CompiledField, Extent, Field, extent};
+use crate::geometry::Bounds;
+use crate::graph::{Interval, Op};
+use crate::language::function::At;
+use crate::language::value::{Outcome, Value, failure};
+use std::sync::Arc;
+
+pub(super) const TABLE: &[Builtin] = &[action(
+    "bounds",
+    &["f"],
+    "A box that provably holds the whole zero set of a field, as a list of one interval for each axis; an error if the set is empty, unbounded, or nothing can be proven. What a field's `over` says does not count.",
+    |session, arguments| {
+        let field = field_argument(session, arguments, None)?;
+        let compiled = field
+            .compiled(&mut session.graph, session.parameters.values())
+            .at(arguments.place("f"), "this field")?;
+        let sides = sides(&compiled, arguments)?;
+        Ok(Value::list(
+            sides.into_iter().map(Value::Interval).collect(),
+        ))
+    },
+)];
+
+/// A box around the set on which the field has this value, a little larger than the one that is proven, so that nothing lies in
+/// its faces, and with round numbers for ends.
+pub(super) fn found_bounds(
+    field: &CompiledField,
+    iso: f64,
+    arguments: &Arguments,
+) -> Outcome<Bounds> {
+    let sides = match iso == 0.0 {
+        true => sides(field, arguments)?,
+        false => sides(&minus(field, iso), arguments)?,
+    };
+    let lengths = sides.iter().map(|side| side.high - side.low);
+    let longest = lengths.fold(f64::MIN_POSITIVE, f64::max);
+    // A power of ten between 1/1000 and 1/100 of the box; its inverse, so that ends are decimals.
+    let per_unit = 10f64.powi(-((longest / 100.0).log10().floor() as i32));
+    let margin = longest / 50.0;
+    let sides: Vec<(f64, f64)> = sides
+        .iter()
+        .map(|side| {
+            (
+                ((side.low - margin) * per_unit).floor() / per_unit,
+                ((side.high + margin) * per_unit).ceil() / per_unit,
+            )
+        })
+        .collect();
+    Bounds::from_sides(&sides).ok_or_else(|| no_box(arguments, "no finite box holds it"))
+}
+
+/// The field less a number.
+fn minus(field: &CompiledField, number: f64) -> CompiledField {
+    let program = field.program();
+    let program = program.derived(program.dimension(), |graph, roots, _| {
+        let number = graph.constant(number);
+        let roots = roots.iter();
+        roots
+            .map(|&root| graph.apply(Op::Subtract, &[root, number]))
+            .collect()
+    });
+    CompiledField::new(Arc::new(program), field.parameters().to_vec())
+}
+
+/// The proven sides.
+fn sides(field: &CompiledField, arguments: &Arguments) -> Outcome<Vec<Interval>> {
+    match extent(field) {
+        Extent::Within(sides) => Ok(sides),
+        Extent::Empty => {
+            let message = "the field has no zero anywhere, which was proven by intervals";
+            let mut error =
+                failure(Code::NoSurface, message).at(arguments.place("f"), "no zero set");
+            error.help = Some(match sign(field) {
+                Some(-1) => "it is negative (inside) at the origin".into(),
+                _ => "it is not negative (inside) at the origin".into(),
+            });
+            Err(error)
+        }
+        Extent::Unbounded => Err(no_box(
+            arguments,
+            "it goes to infinity: far away in all directions, the field is negative in some and positive in others",
+        )),
+        Extent::Unknown { reach } if reach > 0.0 => Err(no_box(
+            arguments,
+            &format!("the field still changes its sign at a distance of {reach}"),
+        )),
+        Extent::Unknown { .. } => Err(no_box(
+            arguments,
+            "intervals could not prove that the field has no zero outside of some box",
+        )),
+    }
+}
+
+/// The sign at the origin.
+fn sign(field: &CompiledField) -> Option<i32> {
+    let value = field.value(glam::DVec3::ZERO);
+    value.partial_cmp(&0.0).map(|ordering| ordering as i32)
+}
+
+/// Without a box nobody knows where to look.
+fn no_box(arguments: &Arguments, why: &str) -> Box<Diagnostic> {
+    let message = format!("no box was found for the zero set of this field: {why}");
+    let mut error =
+        failure(Code::NoBounds, message).at(arguments.place("f"), "a field without `over`");
+    error.help = Some(
+        "write `field name(…) over -2..2 = …`, or give `bounds = -2..2` (or one interval for each \
+         axis, `bounds = [-2..2, -2..2, 0..1]`)"
+            .into(),
+    );
+    error
+}
