@@ -20,6 +20,7 @@ pub(super) struct Walk<'a, E> {
 }
 
 /// What is known of up to [`BOXES`] tasks before they begin.
+#[derive(Default)]
 pub(super) struct Root {
     batch: Batch,
     lanes: Lanes,
@@ -67,7 +68,7 @@ pub(super) struct Workspace {
 
 /// What is known of the cells of a level that have the same parent.
 #[derive(Default)]
-struct Level {
+pub(super) struct Level {
     cells: Vec<Cell>,
     batch: Batch,
     lanes: Lanes,
@@ -101,10 +102,7 @@ impl Workspace {
 impl<E: Explorer> Walk<'_, E> {
     /// Bounds the cells of up to [`BOXES`] tasks.
     pub(super) fn bound_tasks(&self, workspace: &mut Workspace, cells: &[Cell]) -> Root {
-        let mut root = Root {
-            batch: Batch::default(),
-            lanes: Lanes::default(),
-        };
+        let mut root = Root::default();
         let whole = Given {
             sequence: None,
             tame: false,
@@ -134,7 +132,7 @@ impl<E: Explorer> Walk<'_, E> {
         };
         workspace.path.clear();
         let place = Place {
-            batch: Some(&root.batch),
+            root: &root.batch,
             lane,
             enclosure: root.lanes.enclosures[lane],
             is_decided: root.lanes.decided >> lane & 1 == 1,
@@ -212,7 +210,13 @@ impl<E: Explorer> Walk<'_, E> {
                 sequence: self.can_bound.then_some(sequence),
                 scalars: &workspace.scalars,
                 kernels: workspace.kernels,
-                path: &workspace.path,
+                pruned: Pruned {
+                    trunk: self.trunk,
+                    root: place.root,
+                    path: &workspace.path,
+                    levels: &workspace.levels,
+                    sequences: &workspace.sequences,
+                },
                 nest: &mut workspace.nest,
             };
             explorer.leaf(task, cell, &place.enclosure, &mut field);
@@ -220,7 +224,7 @@ impl<E: Explorer> Walk<'_, E> {
             let scalars = workspace.scalars.len();
             let depth = workspace.path.len();
             let given = self.specialise(workspace, cell, given, place);
-            self.children(workspace, task, cell, given);
+            self.children(workspace, task, cell, given, place.root);
             workspace.path.truncate(depth);
             workspace.scalars.truncate(scalars);
         }
@@ -245,9 +249,9 @@ impl<E: Explorer> Walk<'_, E> {
         if !(self.can_bound && parent.has_choices) {
             return given;
         }
-        let batch = match place.batch {
-            Some(batch) => batch,
-            None => &workspace.levels[level].batch,
+        let batch = match level {
+            0 => place.root,
+            _ => &workspace.levels[level].batch,
         };
         let (scalars, child) = (&mut workspace.scalars, &mut inner[0]);
         let is_shorter =
@@ -260,8 +264,10 @@ impl<E: Explorer> Walk<'_, E> {
         workspace.regions += 1;
         workspace.path.push(Region {
             number: workspace.regions,
-            low: cell.low,
-            high: cell.high,
+            level,
+            lane: place.lane,
+            parent: given.sequence,
+            is_defined: place.enclosure.regularity >= Regularity::Defined,
         });
         Given {
             sequence: Some(level),
@@ -270,7 +276,14 @@ impl<E: Explorer> Walk<'_, E> {
     }
 
     /// Explores the children of a cell, whose field is given.
-    fn children(&self, workspace: &mut Workspace, task: &mut E::Task, cell: &Cell, given: Given) {
+    fn children(
+        &self,
+        workspace: &mut Workspace,
+        task: &mut E::Task,
+        cell: &Cell,
+        given: Given,
+        root: &Batch,
+    ) {
         let level = cell.level + 1;
         if workspace.levels.len() <= level {
             workspace.levels.resize_with(level + 1, Level::default);
@@ -300,7 +313,7 @@ impl<E: Explorer> Walk<'_, E> {
                 let Level { cells, lanes, .. } = &workspace.levels[level];
                 let cell = cells[lane];
                 let place = Place {
-                    batch: None,
+                    root,
                     lane,
                     enclosure: lanes.enclosures[lane],
                     is_decided: lanes.decided >> lane & 1 == 1,
@@ -318,9 +331,34 @@ impl<E: Explorer> Walk<'_, E> {
 /// What an interval pass tells of one cell.
 #[derive(Clone, Copy)]
 struct Place<'a> {
-    /// What the cell decides of its parent's sequence; none: see the workspace's level.
-    batch: Option<&'a Batch>,
+    /// What tasks decide of the trunk's sequence.
+    root: &'a Batch,
+    /// The cell's lane in the batch of its level.
     lane: usize,
     enclosure: Enclosure,
     is_decided: bool,
+}
+
+/// What has been decided on the way to a cell.
+pub(super) struct Pruned<'a> {
+    trunk: &'a Trunk,
+    /// About tasks.
+    root: &'a Batch,
+    /// About the cells of other levels.
+    levels: &'a [Level],
+    sequences: &'a [Sequence],
+    /// The boxes that sequences were pruned for, from the outermost.
+    pub(super) path: &'a [Region],
+}
+
+impl Pruned<'_> {
+    /// The sequence of which the region has decided choices, and the batch that tells which.
+    pub(super) fn decisions(&self, region: &Region) -> (&Sequence, &Batch) {
+        let sequence = region.parent.and_then(|place| self.sequences.get(place));
+        let batch = match region.level {
+            0 => self.root,
+            level => &self.levels[level].batch,
+        };
+        (sequence.unwrap_or(self.trunk.sequence()), batch)
+    }
 }

@@ -31,6 +31,48 @@ impl Batch {
         &mut self.decisions[..length]
     }
 
+    /// Calls `tell` with the numbers of the sequence's choices that are decided in this lane, and
+    /// what is decided, in the first bits, for operands in the order of the whole function.
+    pub(in crate::engine) fn tell(
+        &self,
+        sequence: &Sequence,
+        lane: usize,
+        mut tell: impl FnMut(usize, Decision),
+    ) {
+        for (step, decision) in sequence.steps.iter().zip(&self.decisions) {
+            let Some((choice, is_exchanged)) = step.origin.number() else {
+                continue;
+            };
+            if step.code.facts().choice.is_some() {
+                let (first, second) = (decision.first >> lane & 1, decision.second >> lane & 1);
+                let (first, second) = match is_exchanged {
+                    true => (second, first),
+                    false => (first, second),
+                };
+                if first | second != 0 {
+                    tell(choice, Decision { first, second });
+                }
+            }
+        }
+    }
+
+    /// Takes over what is known of the sequence's choices by their numbers, in the first bits.
+    pub(in crate::engine) fn learn(&mut self, sequence: &Sequence, known: &[Decision]) {
+        let decisions = self.prepare(sequence.len());
+        for (step, decision) in sequence.steps.iter().zip(decisions) {
+            let choice = step.origin.number();
+            let found = choice.and_then(|(choice, _)| known.get(choice));
+            *decision = match (found, choice) {
+                (Some(&Decision { first, second }), Some((_, true))) => Decision {
+                    first: second,
+                    second: first,
+                },
+                (Some(&known), _) => known,
+                (None, _) => Decision::default(),
+            };
+        }
+    }
+
     /// Finds what these boxes need, a bit each.
     pub(in crate::engine) fn mark(&mut self, sequence: &Sequence, boxes: u64) {
         let length = sequence.steps.len();
@@ -230,11 +272,12 @@ fn rewrite(
         folder.steps.push(Step {
             operands,
             code: step.code,
+            origin: step.origin,
         });
         return folder.steps.len() as u32 - 1;
     }
     match facts.kernel {
-        Some(kernel) => folder.apply(kernel, facts.arity, operands),
+        Some(kernel) => folder.apply_choice((kernel, step.origin), facts.arity, operands),
         // Lanes of a scalar, which those who read them may take as it is.
         None => operands[0],
     }
