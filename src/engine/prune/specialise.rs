@@ -59,17 +59,29 @@ impl Batch {
     /// Takes over what is known of the sequence's choices by their numbers, in the first bits.
     pub(in crate::engine) fn learn(&mut self, sequence: &Sequence, known: &[Decision]) {
         let decisions = self.prepare(sequence.len());
-        for (step, decision) in sequence.steps.iter().zip(decisions) {
-            let choice = step.origin.number();
-            let found = choice.and_then(|(choice, _)| known.get(choice));
-            *decision = match (found, choice) {
-                (Some(&Decision { first, second }), Some((_, true))) => Decision {
-                    first: second,
-                    second: first,
-                },
-                (Some(&known), _) => known,
-                (None, _) => Decision::default(),
+        for (index, step) in sequence.steps.iter().enumerate() {
+            let Some(choice) = step.code.facts().choice else {
+                continue;
             };
+            let number = step.origin.number();
+            let found = number.and_then(|(number, _)| known.get(number));
+            let mut decision = found.copied().unwrap_or_default();
+            if let Some((_, true)) = number {
+                std::mem::swap(&mut decision.first, &mut decision.second);
+            }
+            if choice == Choice::Select && decision == Decision::default() {
+                // By its condition, if that is a comparison that is decided.
+                let condition = step.operands[0] as usize;
+                let is_comparison = sequence
+                    .steps
+                    .get(condition)
+                    .and_then(|step| step.code.facts().choice)
+                    .is_some_and(Choice::is_truth);
+                if is_comparison {
+                    decision = decisions[condition];
+                }
+            }
+            decisions[index] = decision;
         }
     }
 
