@@ -155,6 +155,12 @@ impl March {
         values.fold(false, |found, value| found | value.is_nan())
     }
 
+    /// Whether F ≥ 0 at all points of the round.
+    pub(super) fn is_outside(&self) -> bool {
+        let values = self.values[..self.length].iter();
+        values.fold(true, |outside, &value| outside & (value >= 0.0))
+    }
+
     /// The points of the round at which F is not a number.
     pub(super) fn undefined(&self) -> impl Iterator<Item = [f64; 3]> {
         let is_undefined = |&index: &usize| self.values[index].is_nan();

@@ -400,6 +400,14 @@ impl Explorer for Rays<'_> {
         // The first end of a slice was the last one of the cube in front.
         let first = usize::from(cell.low.z > 0.0);
         tile.for_each_open(cell, |pixel| march.add(pixel, tile.middle(pixel)));
+        if !field.depends_on(2) {
+            // All of a ray's points in the cube are alike, and it is outside in front of them.
+            march.evaluate((cell.low.z as f32, 1), self.in_single, field);
+            if march.is_outside() {
+                march.count = 0;
+                return;
+            }
+        }
         self.follow(march, &mut tile.undefined, (cell, first), field);
         while task.march.found.count > 0 {
             self.strike(task, field);

@@ -27,6 +27,12 @@ impl Specialized<'_> {
         self.sequence.map_or(0, Sequence::len)
     }
 
+    /// Whether F may change along this axis in the cell.
+    pub fn depends_on(&self, axis: usize) -> bool {
+        self.sequence
+            .is_none_or(|sequence| sequence.depends_on(axis))
+    }
+
     /// F at every point; `points` has a column per axis.
     pub fn values(&mut self, points: &[&[f64]], values: &mut [f64]) {
         let Some((points, count)) = self.columns(points, values.len()) else {

@@ -45,6 +45,10 @@ impl Default for Lanes {
     }
 }
 
+/// Steps of a sequence that is pruned for leaves, too: of a shorter one that would cost more than
+/// it saves.
+const LONG: usize = 32;
+
 /// What is always true.
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -155,7 +159,7 @@ impl<E: Explorer> Walk<'_, E> {
                 passes.set(lane, cell.low, cell.high);
             }
             let sequence = self.sequence(sequences, given);
-            let prunes = sequence.has_choices && !self.is_leaf(&cells[0]);
+            let prunes = self.prunes(sequence, &cells[0]);
             let decisions = match prunes {
                 true => batch.prepare(sequence.len()),
                 false => &mut [],
@@ -173,6 +177,11 @@ impl<E: Explorer> Walk<'_, E> {
                 batch.mark(sequence, all & !lanes.decided);
             }
         }
+    }
+
+    /// Whether the sequence is pruned for cells of this one's level.
+    fn prunes(&self, sequence: &Sequence, cell: &Cell) -> bool {
+        sequence.has_choices && (!self.is_leaf(cell) || sequence.len() >= LONG)
     }
 
     /// Whether the cell is of the last level.
@@ -204,6 +213,11 @@ impl<E: Explorer> Walk<'_, E> {
         if place.is_decided {
             explorer.decided(task, cell, &place.enclosure);
         } else if self.is_leaf(cell) {
+            let scalars = workspace.scalars.len();
+            let depth = workspace.path.len();
+            let given = self.specialise(workspace, cell, given, place);
+            // Gradients, of fewer points, are left to what surrounds the leaf.
+            workspace.path.truncate(depth);
             let sequence = self.sequence(&workspace.sequences, given);
             let mut field = Specialized {
                 field: self.field,
@@ -220,6 +234,7 @@ impl<E: Explorer> Walk<'_, E> {
                 nest: &mut workspace.nest,
             };
             explorer.leaf(task, cell, &place.enclosure, &mut field);
+            workspace.scalars.truncate(scalars);
         } else if !self.monitor.cancelled() {
             let scalars = workspace.scalars.len();
             let depth = workspace.path.len();
@@ -246,7 +261,7 @@ impl<E: Explorer> Walk<'_, E> {
         }
         let (outer, inner) = workspace.sequences.split_at_mut(level);
         let parent = self.sequence(outer, given);
-        if !(self.can_bound && parent.has_choices) {
+        if !(self.can_bound && self.prunes(parent, cell)) {
             return given;
         }
         let batch = match level {

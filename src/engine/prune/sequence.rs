@@ -68,6 +68,13 @@ impl Sequence {
         sequence
     }
 
+    /// Whether a step or an output reads the coordinate of this axis.
+    pub(in crate::engine) fn depends_on(&self, axis: usize) -> bool {
+        let coordinate = COORDINATE | axis as u32;
+        let mut steps = self.steps.iter();
+        steps.any(|step| step.operands.contains(&coordinate)) || self.outputs.contains(&coordinate)
+    }
+
     /// The number of steps.
     pub(in crate::engine) fn len(&self) -> usize {
         self.steps.len()
