@@ -95,7 +95,6 @@ impl Default for March {
 
 impl March {
     /// Adds the ray through a pixel's middle. There are at most [`RAYS`].
-    #[inline]
     pub(super) fn add(&mut self, pixel: u16, [u, v]: [f64; 2]) {
         let place = self.count;
         self.pixels[place] = pixel;
@@ -103,6 +102,19 @@ impl March {
         self.down[place] = v as f32;
         self.before[place] = f32::NAN;
         self.count += 1;
+    }
+
+    /// Adds the rays through those pixels of a row, from this one on, whose bits are set.
+    pub(super) fn add_row(&mut self, bits: u8, first: u16, [u, v]: [f64; 2]) {
+        for column in 0..8 {
+            // Written in any case, and kept if the count goes on.
+            let place = self.count.min(RAYS - 1);
+            self.pixels[place] = first + column;
+            self.across[place] = u as f32 + f32::from(column);
+            self.down[place] = v as f32;
+            self.before[place] = f32::NAN;
+            self.count += usize::from(bits >> column & 1);
+        }
     }
 
     /// Evaluates F at so many ends of slices, from this depth on. All coordinates are halves of
@@ -176,6 +188,15 @@ impl March {
             return;
         }
         let steps = self.length / count;
+        let last = (steps - 1) * count;
+        let values = &self.values[..self.length];
+        if !values
+            .iter()
+            .fold(false, |found, &value| found | (value < 0.0))
+        {
+            self.before[..count].copy_from_slice(&values[last..]);
+            return;
+        }
         self.guess_before(steps);
         let mut steps_to = [steps as f32; RAYS];
         let [mut inner, mut outer] = [[0.0; RAYS]; 2];
@@ -198,7 +219,6 @@ impl March {
                 outer[ray] = if is_inside { before[ray] } else { outer[ray] };
             }
         }
-        let last = (steps - 1) * count;
         let found = &mut self.found;
         let (mut rest, mut place) = (0, found.count);
         for ray in 0..count {

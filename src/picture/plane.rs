@@ -290,16 +290,16 @@ impl<T: Copy + Default> Columns<T> {
     fn place(&mut self, frame: &Frame, [columns, rows]: &[Range<usize>; 2], narrow: fn(f64) -> T) {
         self.x.clear();
         self.y.clear();
+        let width = columns.len();
+        let middles = columns.clone();
+        let middles = middles.map(|column| narrow(frame.middle(column, 0)[0]));
+        self.x.extend(middles);
         for row in rows.clone() {
-            self.y.resize(
-                self.y.len() + columns.len(),
-                narrow(frame.middle(0, row)[1]),
-            );
-            self.x.extend(
-                columns
-                    .clone()
-                    .map(|column| narrow(frame.middle(column, 0)[0])),
-            );
+            let length = self.y.len() + width;
+            self.y.resize(length, narrow(frame.middle(0, row)[1]));
+            if self.x.len() < length {
+                self.x.extend_from_within(..width);
+            }
         }
         self.values.resize(self.x.len(), T::default());
     }

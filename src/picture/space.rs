@@ -290,6 +290,17 @@ impl Tile {
         (rows, bits)
     }
 
+    /// Adds the cell's rays that have met nothing yet.
+    fn march_in(&self, cell: &Cell, march: &mut March) {
+        let (rows, columns) = self.rectangle(cell);
+        let left = columns.trailing_zeros() as usize;
+        for row in rows {
+            let bits = (self.open[row] >> left) as u8;
+            let first = (row * TILE + left) as u16;
+            march.add_row(bits, first, self.middle(first));
+        }
+    }
+
     /// Calls `visit` with every pixel of the cell whose ray has met nothing yet.
     fn for_each_open(&self, cell: &Cell, mut visit: impl FnMut(u16)) {
         let (rows, columns) = self.rectangle(cell);
@@ -399,7 +410,7 @@ impl Explorer for Rays<'_> {
         let Task { tile, march, .. } = &mut *task;
         // The first end of a slice was the last one of the cube in front.
         let first = usize::from(cell.low.z > 0.0);
-        tile.for_each_open(cell, |pixel| march.add(pixel, tile.middle(pixel)));
+        tile.march_in(cell, march);
         if !field.depends_on(2) {
             // All of a ray's points in the cube are alike, and it is outside in front of them.
             march.evaluate((cell.low.z as f32, 1), self.in_single, field);

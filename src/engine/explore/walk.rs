@@ -7,6 +7,7 @@ use crate::engine::prune::{
 };
 use crate::engine::{CompiledField, Monitor};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
+use glam::DVec3;
 
 /// What all tasks share.
 pub(super) struct Walk<'a, E> {
@@ -74,6 +75,8 @@ pub(super) struct Workspace {
 #[derive(Default)]
 pub(super) struct Level {
     cells: Vec<Cell>,
+    /// The coordinates of their faces.
+    faces: [Vec<f64>; 3],
     batch: Batch,
     lanes: Lanes,
 }
@@ -304,6 +307,9 @@ impl<E: Explorer> Walk<'_, E> {
             workspace.levels.resize_with(level + 1, Level::default);
         }
         let mut children = self.subdivision.children(Some(cell));
+        let faces = &mut workspace.levels[level].faces;
+        self.subdivision.faces(cell, faces);
+        let split = [0, 1, 2].map(|axis| faces[axis].len() - 1);
         loop {
             let Workspace {
                 levels,
@@ -314,12 +320,22 @@ impl<E: Explorer> Walk<'_, E> {
             } = &mut *workspace;
             let Level {
                 cells,
+                faces,
                 batch,
                 lanes,
             } = &mut levels[level];
             cells.clear();
-            let next = children.by_ref().take(BOXES);
-            cells.extend(next.map(|index| self.subdivision.cell(level, index)));
+            cells.extend(children.by_ref().take(BOXES).map(|index| {
+                let face = |axis: usize, upper: usize| {
+                    faces[axis][index[axis] - cell.index[axis] * split[axis] + upper]
+                };
+                Cell {
+                    level,
+                    index,
+                    low: DVec3::new(face(0, 0), face(1, 0), face(2, 0)),
+                    high: DVec3::new(face(0, 1), face(1, 1), face(2, 1)),
+                }
+            }));
             if cells.is_empty() {
                 return;
             }

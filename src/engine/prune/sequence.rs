@@ -71,8 +71,11 @@ impl Sequence {
     /// Whether a step or an output reads the coordinate of this axis.
     pub(in crate::engine) fn depends_on(&self, axis: usize) -> bool {
         let coordinate = COORDINATE | axis as u32;
-        let mut steps = self.steps.iter();
-        steps.any(|step| step.operands.contains(&coordinate)) || self.outputs.contains(&coordinate)
+        let reads = |step: &Step| {
+            let [a, b, c] = step.operands;
+            (a == coordinate) | (b == coordinate) | (c == coordinate)
+        };
+        self.steps.iter().any(reads) || self.outputs.contains(&coordinate)
     }
 
     /// The number of steps.
@@ -203,6 +206,8 @@ impl Allocator {
         self.free.clear();
         tape.instructions.clear();
         tape.copies.clear();
+        tape.instructions.reserve(steps.len());
+        self.registers.reserve(steps.len());
         tape.registers = 0;
         *has_choices = false;
         // A single output is written by the last step, which nobody else needs.
@@ -221,7 +226,8 @@ impl Allocator {
                 })
             };
             self.registers.push(out);
-            let [a, b, c] = step.operands.map(|operand| self.source(operand));
+            let [a, b, c] = step.operands;
+            let [a, b, c] = [self.source(a), self.source(b), self.source(c)];
             tape.instructions.push(Instruction {
                 code: step.code,
                 out,
@@ -230,8 +236,9 @@ impl Allocator {
                 c,
             });
             // Only now, so that the instruction does not write to a register that it reads.
-            for operand in &step.operands[..facts.arity] {
-                self.release(*operand, index);
+            // Operands beyond the arity repeat the first one.
+            for operand in step.operands {
+                self.release(operand, index);
             }
         }
         for (output, &operand) in outputs.iter().enumerate() {

@@ -100,7 +100,9 @@ impl Batch {
             if boxes == 0 {
                 continue;
             }
-            let [a, b, c] = step.operands.map(|operand| (operand as usize).min(length));
+            let [a, b, c] = step.operands;
+            let [a, b, c] = [a as usize, b as usize, c as usize];
+            let [a, b, c] = [a.min(length), b.min(length), c.min(length)];
             match step.code.facts().choice {
                 None => {
                     needed[a] |= boxes;
@@ -258,7 +260,8 @@ fn rewrite(
     places: &[u32],
     folder: &mut Folder<'_>,
 ) -> u32 {
-    let operands = step.operands.map(|operand| place(places, operand));
+    let [a, b, c] = step.operands;
+    let operands = [place(places, a), place(places, b), place(places, c)];
     let facts = step.code.facts();
     if let Some(choice) = facts.choice {
         let is_first = decision.first >> lane & 1 == 1;
@@ -277,9 +280,9 @@ fn rewrite(
             };
         }
     }
-    let scalars = (0..3).fold(0, |bits, place| {
-        bits | u8::from(is_scalar(operands[place])) << place
-    });
+    let [a, b, c] = operands;
+    let scalars =
+        u8::from(is_scalar(a)) | u8::from(is_scalar(b)) << 1 | u8::from(is_scalar(c)) << 2;
     if scalars == facts.scalars && step.code != Code::Splat {
         folder.steps.push(Step {
             operands,
