@@ -19,7 +19,7 @@ pub(super) const LEAF: usize = 8;
 pub(super) const RAYS: usize = LEAF * LEAF;
 
 /// How many slices are evaluated at a time.
-pub(super) const SLICES: usize = 4;
+pub(super) const SLICES: usize = 8;
 
 /// How much the slope at a root may differ from that between the slice's ends, as a part of it.
 const TRUST: f64 = 0.125;
@@ -219,28 +219,37 @@ impl March {
                 outer[ray] = if is_inside { before[ray] } else { outer[ray] };
             }
         }
-        let found = &mut self.found;
-        let (mut rest, mut place) = (0, found.count);
+        // The rays that are found, and the others. Written in any case, and kept if the count
+        // goes on.
+        let (mut caught, mut free) = ([0; RAYS], [0; RAYS]);
+        let (mut caught_count, mut free_count) = (0, 0);
         for ray in 0..count {
+            caught[caught_count & (RAYS - 1)] = ray as u8;
+            free[free_count & (RAYS - 1)] = ray as u8;
             let is_found = inner[ray] < 0.0;
-            // Written in any case, and kept if the count goes on.
-            if let Some(pixel) = found.pixels.get_mut(place) {
-                *pixel = self.pixels[ray];
-                found.across[place] = f64::from(self.across[ray]);
-                found.down[place] = f64::from(self.down[ray]);
-                found.inside[place] = depth + f64::from(steps_to[ray]);
-                found.inner[place] = f64::from(inner[ray]);
-                found.outer[place] = f64::from(outer[ray]);
-            }
-            place += usize::from(is_found);
+            caught_count += usize::from(is_found);
+            free_count += usize::from(!is_found);
+        }
+        let found = &mut self.found;
+        for &ray in &caught[..caught_count] {
+            let (ray, place) = (usize::from(ray) & (RAYS - 1), found.count & (RAYS - 1));
+            found.pixels[place] = self.pixels[ray];
+            found.across[place] = f64::from(self.across[ray]);
+            found.down[place] = f64::from(self.down[ray]);
+            found.inside[place] = depth + f64::from(steps_to[ray]);
+            found.inner[place] = f64::from(inner[ray]);
+            found.outer[place] = f64::from(outer[ray]);
+            found.count += 1;
+        }
+        let values = &self.values[last..last + count];
+        for (rest, &ray) in free[..free_count].iter().enumerate() {
+            let ray = usize::from(ray) & (RAYS - 1);
             self.pixels[rest] = self.pixels[ray];
             self.across[rest] = self.across[ray];
             self.down[rest] = self.down[ray];
-            self.before[rest] = self.values[last + ray];
-            rest += usize::from(!is_found);
+            self.before[rest] = values[ray];
         }
-        found.count = place;
-        self.count = rest;
+        self.count = free_count;
     }
 
     /// Where F is not known in front of the round, takes what its first slice goes on to.
