@@ -197,36 +197,22 @@ impl March {
             self.before[..count].copy_from_slice(&values[last..]);
             return;
         }
-        self.guess_before(steps);
+        guess_before(&mut self.before[..count], values);
+        // In which step each ray is inside, if it is.
         let mut steps_to = [steps as f32; RAYS];
-        let [mut inner, mut outer] = [[0.0; RAYS]; 2];
-        for step in (0..steps).rev() {
-            let values = &self.values[step * count..][..count];
-            let before = match step.checked_sub(1) {
-                Some(last) => &self.values[last * count..][..count],
-                None => &self.before[..count],
-            };
-            let (steps_to, inner) = (&mut steps_to[..count], &mut inner[..count]);
-            let outer = &mut outer[..count];
-            for ray in 0..count {
-                let is_inside = values[ray] < 0.0;
-                steps_to[ray] = if is_inside {
-                    step as f32
-                } else {
-                    steps_to[ray]
-                };
-                inner[ray] = if is_inside { values[ray] } else { inner[ray] };
-                outer[ray] = if is_inside { before[ray] } else { outer[ray] };
+        for (step, values) in values.chunks_exact(count).enumerate().rev() {
+            for (first, &value) in steps_to.iter_mut().zip(values) {
+                *first = if value < 0.0 { step as f32 } else { *first };
             }
         }
         // The rays that are found, and the others. Written in any case, and kept if the count
         // goes on.
         let (mut caught, mut free) = ([0; RAYS], [0; RAYS]);
         let (mut caught_count, mut free_count) = (0, 0);
-        for ray in 0..count {
+        for (ray, &first) in steps_to[..count].iter().enumerate() {
             caught[caught_count & (RAYS - 1)] = ray as u8;
             free[free_count & (RAYS - 1)] = ray as u8;
-            let is_found = inner[ray] < 0.0;
+            let is_found = first < steps as f32;
             caught_count += usize::from(is_found);
             free_count += usize::from(!is_found);
         }
@@ -236,12 +222,16 @@ impl March {
             found.pixels[place] = self.pixels[ray];
             found.across[place] = f64::from(self.across[ray]);
             found.down[place] = f64::from(self.down[ray]);
+            let step = steps_to[ray] as usize;
             found.inside[place] = depth + f64::from(steps_to[ray]);
-            found.inner[place] = f64::from(inner[ray]);
-            found.outer[place] = f64::from(outer[ray]);
+            found.inner[place] = f64::from(values[step * count + ray]);
+            found.outer[place] = f64::from(match step {
+                0 => self.before[ray],
+                _ => values[(step - 1) * count + ray],
+            });
             found.count += 1;
         }
-        let values = &self.values[last..last + count];
+        let values = &values[last..];
         for (rest, &ray) in free[..free_count].iter().enumerate() {
             let ray = usize::from(ray) & (RAYS - 1);
             self.pixels[rest] = self.pixels[ray];
@@ -251,18 +241,14 @@ impl March {
         }
         self.count = free_count;
     }
+}
 
-    /// Where F is not known in front of the round, takes what its first slice goes on to.
-    fn guess_before(&mut self, steps: usize) {
-        let count = self.count;
-        if steps < 2 {
-            return;
-        }
-        let (first, second) = self.values[..2 * count].split_at(count);
-        for ((before, &first), &second) in self.before.iter_mut().zip(first).zip(second) {
-            let guess = 2.0 * first - second;
-            *before = if before.is_nan() { guess } else { *before };
-        }
+/// Where F is not known in front of a round, what its first slice goes on to.
+fn guess_before(before: &mut [f32], values: &[f32]) {
+    let (first, rest) = values.split_at(before.len());
+    for ((before, &first), &second) in before.iter_mut().zip(first).zip(rest) {
+        let guess = 2.0 * first - second;
+        *before = if before.is_nan() { guess } else { *before };
     }
 }
 
@@ -288,7 +274,8 @@ impl Found {
     /// What is at this place: the root if the step to it is to be believed.
     #[inline]
     pub(super) fn surface(&self, place: usize) -> Option<Surface> {
-        let gradient = DVec3::from_array([0, 1, 2].map(|axis| self.gradients[axis][place]));
+        let [x, y, z] = &self.gradients;
+        let gradient = DVec3::new(x[place], y[place], z[place]);
         let mean = self.inner[place] - self.outer[place];
         let step = -self.values[place] / gradient.z;
         let is_believed = self.outer[place] >= 0.0

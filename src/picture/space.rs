@@ -186,18 +186,36 @@ impl Rays<'_> {
                 gradient: DVec3::ZERO,
                 is_root: false,
             });
-            self.meet(&mut tile, bracket.pixel, &surface);
+            self.meet(&mut tile, bracket.pixel, &surface, true);
         }
         tile
     }
 
-    /// Notes what a ray has met.
-    fn meet(&self, tile: &mut Tile, pixel: u16, surface: &Surface) {
+    /// Whether the cell may touch a side of the box.
+    fn touches_side(&self, cell: &Cell) -> bool {
+        let ends = [cell.low, cell.high];
+        // All of it is between its corners: the map is linear along each axis of the screen.
+        (0..8).any(|corner| {
+            let end = |axis: usize| ends[corner >> axis & 1][axis];
+            let screen = [end(0), end(1), end(2)];
+            let point = self.camera.point(screen);
+            let width = self
+                .straight
+                .map_or_else(|| self.camera.pixel_at(screen), |(_, width)| width);
+            self.camera.side_at(point, width).is_some()
+        })
+    }
+
+    /// Notes what a ray has met, which may be a side of the box if the ray is near one.
+    fn meet(&self, tile: &mut Tile, pixel: u16, surface: &Surface, is_near_side: bool) {
         let [u, v] = tile.middle(pixel);
         let screen = [u, v, surface.depth];
         let (turn, width) = self.straight.unwrap_or_else(|| turn(self.camera, screen));
-        let point = self.camera.point(screen);
-        let (hit, normal) = match self.camera.side_at(point, CUT * width) {
+        let side = match is_near_side {
+            true => (self.camera).side_at(self.camera.point(screen), CUT * width),
+            false => None,
+        };
+        let (hit, normal) = match side {
             Some(normal) => (Hit::Cut, normal),
             None if surface.is_root => (Hit::Surface, direction(turn * surface.gradient)),
             None => (Hit::Jump, direction(turn * surface.gradient)),
@@ -237,7 +255,7 @@ impl Rays<'_> {
     }
 
     /// Finds the roots in the slices that were found; those that are harder are put aside.
-    fn strike(&self, task: &mut Task, field: &mut Specialized<'_>) {
+    fn strike(&self, task: &mut Task, is_near_side: bool, field: &mut Specialized<'_>) {
         let Task {
             tile, march, hard, ..
         } = task;
@@ -247,9 +265,9 @@ impl Rays<'_> {
         for place in 0..found.count {
             let pixel = found.pixels[place];
             if found.is_cut_at_front(place) {
-                self.meet(tile, pixel, &Surface::CUT_AT_FRONT);
+                self.meet(tile, pixel, &Surface::CUT_AT_FRONT, true);
             } else if let Some(surface) = found.surface(place) {
-                self.meet(tile, pixel, &surface);
+                self.meet(tile, pixel, &surface, is_near_side);
             } else {
                 hard.push(found.bracket(place));
             }
@@ -395,7 +413,7 @@ impl Explorer for Rays<'_> {
         tile.rest -= (pending.len() - first) as u32;
         if cell.low.z == 0.0 {
             for bracket in pending.drain(first..) {
-                self.meet(tile, bracket.pixel, &Surface::CUT_AT_FRONT);
+                self.meet(tile, bracket.pixel, &Surface::CUT_AT_FRONT, true);
             }
         }
     }
@@ -420,8 +438,12 @@ impl Explorer for Rays<'_> {
             }
         }
         self.follow(march, &mut tile.undefined, (cell, first), field);
+        if march.found.count == 0 {
+            return;
+        }
+        let is_near_side = self.touches_side(cell);
         while task.march.found.count > 0 {
-            self.strike(task, field);
+            self.strike(task, is_near_side, field);
             let Task {
                 tile,
                 march,
@@ -432,7 +454,7 @@ impl Explorer for Rays<'_> {
             let mut refused = Vec::new();
             for (bracket, surface) in hard.iter().zip(rooter.solve(hard, field)) {
                 match surface {
-                    Some(surface) => self.meet(tile, bracket.pixel, surface),
+                    Some(surface) => self.meet(tile, bracket.pixel, surface, is_near_side),
                     // In f64 it is not inside there: the ray goes on.
                     None => refused.push(*bracket),
                 }
