@@ -296,13 +296,14 @@ impl Found {
 
     /// The slice at this place.
     pub(super) fn bracket(&self, place: usize) -> Bracket {
-        let guess = self.outer[place] / (self.outer[place] - self.inner[place]);
+        let [outer, inner] = [self.outer[place], self.inner[place]];
+        let guess = outer / (outer - inner);
         Bracket {
             pixel: self.pixels[place],
             ray: [self.across[place], self.down[place]],
             outside: self.inside[place] - 1.0,
             inside: self.inside[place],
-            guess: if guess.is_finite() {
+            guess: if outer >= 0.0 && guess.is_finite() {
                 guess.clamp(0.01, 0.99)
             } else {
                 0.5
