@@ -196,7 +196,7 @@ fn compare(seeds: std::ops::Range<u64>, with_gradients: bool) -> usize {
     pruned
 }
 
-/// The size of the field where nothing is pruned: a task without inner cells.
+/// The size of the field where nothing is pruned: in a box so large that it decides nothing.
 fn whole_size(field: &CompiledField) -> usize {
     struct Size;
     impl Explorer for Size {
@@ -213,8 +213,8 @@ fn whole_size(field: &CompiledField) -> usize {
         }
     }
     let subdivision = Subdivision {
-        low: DVec3::ZERO,
-        high: DVec3::ONE,
+        low: DVec3::splat(-1e3),
+        high: DVec3::splat(1e3),
         splits: vec![[1; 3]],
         descending: [false; 3],
     };
@@ -459,7 +459,8 @@ fn fields_become_smaller_from_level_to_level() {
     let field = field(&example);
     let mut sizes = vec![whole_size(&field) as f64];
     let splits = [[2; 3], [2; 3], [2; 3], [4; 3], [1; 3]];
-    // A leaf's field is pruned for the cell around it, so the last split is one that does nothing.
+    // A short field is pruned for the cell around a leaf, not for the leaf, so the last split is
+    // one that does nothing.
     for depth in 1..splits.len() {
         let mut splits = splits[..depth].to_vec();
         splits.push([1; 3]);

@@ -101,6 +101,18 @@ impl Subdivision {
         face.clamp(low.min(high), high.max(low))
     }
 
+    /// The coordinates of the faces of a cell's children, and of those between them.
+    fn faces(&self, parent: &Cell, faces: &mut [Vec<f64>; 3]) {
+        let level = parent.level + 1;
+        let cells = self.cells(level);
+        for (axis, faces) in faces.iter_mut().enumerate() {
+            let split = self.splits.get(level).map_or(1, |split| split[axis].max(1));
+            let first = parent.index[axis] * split;
+            faces.clear();
+            faces.extend((0..=split).map(|place| self.face(axis, first + place, cells[axis])));
+        }
+    }
+
     /// The children of a cell at the next level, or the tasks, in the order of their visits.
     fn children(&self, parent: Option<&Cell>) -> impl Iterator<Item = [usize; 3]> + use<> {
         let level = parent.map_or(0, |cell| cell.level + 1);

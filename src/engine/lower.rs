@@ -80,6 +80,17 @@ pub(super) fn list(
     dimension: usize,
     parameters: usize,
 ) -> Lowered {
+    list_with_nodes(graph, roots, dimension, parameters).0
+}
+
+/// The same, with the nodes that the steps are made of.
+pub(super) fn list_with_nodes(
+    graph: &Graph,
+    roots: &[NodeId],
+    dimension: usize,
+    parameters: usize,
+) -> (Lowered, Vec<NodeId>) {
+    let mut nodes = Vec::new();
     let mut lowered = Lowered {
         dimension,
         parameters,
@@ -94,15 +105,20 @@ pub(super) fn list(
             Node::Coordinate(_) | Node::Parameter(_) => Operand::Constant(f64::NAN),
             Node::Apply(operation, operands) => {
                 let operands = operands.map(|operand| places[operand.index()]);
-                lowered.push(Step {
+                let step = Step {
                     operation,
                     operands,
-                })
+                };
+                let place = lowered.push(step);
+                if nodes.len() < lowered.steps.len() {
+                    nodes.push(id);
+                }
+                place
             }
         };
     }
     lowered.outputs = roots.iter().map(|root| places[root.index()]).collect();
-    lowered
+    (lowered, nodes)
 }
 
 impl Lowered {

@@ -7,7 +7,7 @@
 use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{self, copy_leaf, rebuild};
-use super::prune::Trunk;
+use super::prune::{Origin, Trunk, shared_choices};
 use super::slopes::Slopes;
 use super::{Tier, tape};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
@@ -321,24 +321,35 @@ impl Program {
     pub(super) fn value_trunk(&self) -> &Trunk {
         let sizes = (self.dimension, self.parameters.len());
         self.value_trunk
-            .get_or_init(|| Trunk::new(&self.graph, &self.roots, sizes))
+            .get_or_init(|| Trunk::new(&self.graph, &self.roots, sizes, own_choice))
     }
 
-    /// The first root and its F_x, to be pruned.
+    /// The first root and its F_x, to be pruned by what is decided of [`Program::value_trunk`].
     pub(super) fn gradient_trunk(&self) -> &Trunk {
-        self.gradient_trunk
-            .get_or_init(|| self.trunk(self.gradient_roots()))
+        self.gradient_trunk.get_or_init(|| {
+            let (mut graph, roots) = self.gradient_roots();
+            let shared = self.roots.first();
+            let shared = shared.map(|&root| shared_choices(&self.graph, root, &mut graph));
+            let shared = shared.unwrap_or_default();
+            let sizes = (self.dimension, self.parameters.len());
+            Trunk::new(&graph, &roots, sizes, |node| {
+                shared.get(&node).copied().unwrap_or(Origin::NONE)
+            })
+        })
+    }
+
+    /// How many numbers there are of choices of the first root; see [`shared_choices`].
+    pub(super) fn choices(&self) -> usize {
+        self.graph.len() + 1
     }
 
     /// The first root, its F_x and its F_q, to be pruned.
     pub(super) fn parameter_trunk(&self) -> &Trunk {
-        self.parameter_trunk
-            .get_or_init(|| self.trunk(self.derivative_roots(self.parameters.len())))
-    }
-
-    /// Roots, to be pruned.
-    fn trunk(&self, (graph, roots): (Graph, Vec<NodeId>)) -> Trunk {
-        Trunk::new(&graph, &roots, (self.dimension, self.parameters.len()))
+        self.parameter_trunk.get_or_init(|| {
+            let (graph, roots) = self.derivative_roots(self.parameters.len());
+            let sizes = (self.dimension, self.parameters.len());
+            Trunk::new(&graph, &roots, sizes, own_choice)
+        })
     }
 
     /// The first root, its F_x and the first components of its F_q, from one reverse sweep.
@@ -381,4 +392,9 @@ impl Program {
         let sizes = (self.dimension, self.parameters.len());
         Kernel::new(graph, roots, sizes, self.tier)
     }
+}
+
+/// The choice that a node of a function's own graph is.
+fn own_choice(node: NodeId) -> Origin {
+    Origin::new(node.index())
 }

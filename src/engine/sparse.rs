@@ -6,7 +6,7 @@
 //! of the others.
 
 use super::block;
-use super::prune::{Nest, Region, Scalars, Sequence, scalar_place};
+use super::prune::{Scalars, Sequence, prune, scalar_place};
 use super::{CompiledField, Field};
 use glam::DVec3;
 
@@ -35,13 +35,9 @@ impl CompiledField {
                 pruned: None,
             };
         }
-        let mut nest = Nest::new(trunk, self.parameters(), program.block_kernels());
-        let region = Region {
-            number: 0,
-            low,
-            high,
-        };
-        let (sequence, scalars) = nest.within(trunk, &[region]);
+        let kernels = program.block_kernels();
+        let (pruned, scalars) = prune(trunk, self.parameters(), kernels, [low, high]);
+        let sequence = pruned.as_ref().unwrap_or(trunk.sequence());
         let first = 1 + program.dimension();
         let is_zero =
             |operand: u32| scalar_place(operand).is_some_and(|place| scalars.double[place] == 0.0);
@@ -49,7 +45,7 @@ impl CompiledField {
             .filter(|place| !is_zero(sequence.outputs[first + place]))
             .collect();
         let outputs = (0..first).chain(places.iter().map(|place| first + place));
-        let pruned = Some((sequence.with_outputs(outputs), scalars.clone()));
+        let pruned = Some((sequence.with_outputs(outputs), scalars));
         SparseParameters {
             field: self,
             places,

@@ -10,6 +10,7 @@ mod camera;
 mod color;
 mod light;
 mod line;
+mod march;
 mod plane;
 mod root;
 mod space;

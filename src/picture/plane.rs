@@ -16,9 +16,9 @@ use crate::graph::Interval;
 use crate::graph::interval::{Enclosure, Regularity};
 
 /// The side of a tile, which is one task, in pixels.
-const TILE: usize = 256;
+const TILE: usize = 128;
 
-/// The side of the squares that F is pruned for.
+/// The side of the squares that F_x is pruned for.
 const SQUARE: usize = 64;
 
 /// The side of the squares in which F is evaluated.
@@ -85,7 +85,9 @@ pub fn bitmap(
     let filler = Filler {
         frame: Frame::new(bounds, size),
     };
-    let tiles = explore(field, &filler.frame.subdivision(), &filler, monitor);
+    // As many squares in a tile as a batch takes.
+    let subdivision = filler.frame.subdivision(&[TILE / LEAF]);
+    let tiles = explore(field, &subdivision, &filler, monitor);
     if monitor.cancelled() {
         return Err(PictureError::Cancelled);
     }
@@ -146,7 +148,8 @@ fn shades(
 ) -> Result<Shades, PictureError> {
     let frame = Frame::new(bounds, size);
     let shader = Shader { frame };
-    let tiles = explore(field, &frame.subdivision(), &shader, monitor);
+    let subdivision = frame.subdivision(&[TILE / SQUARE, SQUARE / LEAF]);
+    let tiles = explore(field, &subdivision, &shader, monitor);
     if monitor.cancelled() {
         return Err(PictureError::Cancelled);
     }
@@ -179,17 +182,16 @@ impl Frame {
         }
     }
 
-    fn subdivision(&self) -> Subdivision {
+    /// The image in tiles, and these in so many parts a side, level by level.
+    fn subdivision(&self, parts: &[usize]) -> Subdivision {
         let tiles = self.size.map(|count| count.div_ceil(TILE));
         let [width, height] = tiles.map(|count| (count * TILE) as f64 * self.pixel);
         Subdivision {
             low: DVec3::new(self.left, self.top - height, 0.0),
             high: DVec3::new(self.left + width, self.top, 0.0),
-            splits: vec![
-                [tiles[0], tiles[1], 1],
-                [TILE / SQUARE, TILE / SQUARE, 1],
-                [SQUARE / LEAF, SQUARE / LEAF, 1],
-            ],
+            splits: std::iter::once([tiles[0], tiles[1], 1])
+                .chain(parts.iter().map(|&parts| [parts, parts, 1]))
+                .collect(),
             descending: [false, true, false],
         }
     }
@@ -290,16 +292,16 @@ impl<T: Copy + Default> Columns<T> {
     fn place(&mut self, frame: &Frame, [columns, rows]: &[Range<usize>; 2], narrow: fn(f64) -> T) {
         self.x.clear();
         self.y.clear();
+        let width = columns.len();
+        let middles = columns.clone();
+        let middles = middles.map(|column| narrow(frame.middle(column, 0)[0]));
+        self.x.extend(middles);
         for row in rows.clone() {
-            self.y.resize(
-                self.y.len() + columns.len(),
-                narrow(frame.middle(0, row)[1]),
-            );
-            self.x.extend(
-                columns
-                    .clone()
-                    .map(|column| narrow(frame.middle(column, 0)[0])),
-            );
+            let length = self.y.len() + width;
+            self.y.resize(length, narrow(frame.middle(0, row)[1]));
+            if self.x.len() < length {
+                self.x.extend_from_within(..width);
+            }
         }
         self.values.resize(self.x.len(), T::default());
     }

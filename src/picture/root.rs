@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::engine::{CompiledField, Field, Specialized};
 
 /// The distance from a root at which F must have the right signs, as a part of the bracket.
-const PROBE: f64 = 1.0 / 64.0;
+pub(super) const PROBE: f64 = 1.0 / 64.0;
 
 /// How much F may fall around a root, compared with what the derivative says, and its inverse.
 const TRUST: f64 = 1.25;

@@ -3,7 +3,7 @@
 //! The screen with its depths is a box of the engine's driver, which goes through it from front
 //! to back, tile by tile, and leaves out what is proven to be outside or hidden. In the cubes
 //! that are left F is evaluated in f32 at the slices' ends, a few slices at a time, until a ray
-//! is inside; [`super::root`] then finds the root in f64, and the normal. So a sheet thinner
+//! is inside ([`super::march`]); the root, and the normal, are found in f64. So a sheet thinner
 //! than a slice, which is as thick as a pixel is wide, can be missed.
 
 use std::ops::Range;
@@ -12,6 +12,7 @@ use glam::{DMat3, DVec3, Vec3};
 
 use super::PictureError;
 use super::camera::{Camera, SLICE_GROUP};
+use super::march::{LEAF, March, SLICES};
 use super::root::{Bracket, Rooter, Surface};
 use crate::engine::{Cell, CompiledField, Explorer, Monitor, Specialized, Subdivision, explore};
 use crate::graph::Interval;
@@ -22,12 +23,6 @@ const TILE: usize = 128;
 
 /// The side of the cubes that F is pruned for.
 const CUBE: usize = SLICE_GROUP;
-
-/// The side of the cubes in which F is evaluated: 64 rays, as many as a block has lanes.
-const LEAF: usize = 8;
-
-/// How many slices are evaluated at a time.
-const SLICES: usize = 4;
 
 /// How near to a side of the box a root is a cut, in pixels.
 const CUT: f64 = 1e-3;
@@ -81,11 +76,11 @@ pub fn height_map(
         in_single: camera.suits_single_precision(),
         straight: camera.eye().is_none().then(|| turn(camera, [0.0; 3])),
     };
-    let tiles = explore(&seen, &rays.subdivision(), &rays, monitor);
+    let tasks = explore(&seen, &rays.subdivision(), &rays, monitor);
     if monitor.cancelled() {
         return Err(PictureError::Cancelled);
     }
-    Ok(rays.assemble(&seen, tiles))
+    Ok(rays.assemble(&seen, tasks))
 }
 
 /// The explorer.
@@ -102,39 +97,26 @@ struct Rays<'a> {
 struct Tile {
     left: usize,
     top: usize,
-    /// Whether a pixel's ray has met nothing yet; false beyond the image.
-    open: Vec<bool>,
+    /// By rows: the pixels whose rays have met nothing yet, a bit each; none beyond the image.
+    open: [u128; TILE],
     /// How many are open.
-    rest: usize,
+    rest: u32,
     hits: Vec<Hit>,
     depths: Vec<f32>,
     normals: Vec<Vec3>,
-    /// Rays that were proven to be inside although no root was seen on the way.
-    pending: Vec<Bracket>,
     /// At how many points F is not a number.
     undefined: u64,
-    memory: Memory,
 }
 
-/// Lists that are used again and again.
-#[derive(Default)]
-struct Memory {
-    rays: Vec<Ray>,
-    found: Vec<Bracket>,
-    points: [Vec<f32>; 3],
-    wide_points: [Vec<f64>; 3],
-    values: Vec<f32>,
-    wide_values: Vec<f64>,
+/// A tile at work.
+struct Task {
+    tile: Tile,
+    /// Rays that were proven to be inside although no root was seen on the way.
+    pending: Vec<Bracket>,
+    march: Box<March>,
+    /// Slices whose roots are harder to find.
+    hard: Vec<Bracket>,
     rooter: Rooter,
-}
-
-/// A ray on its way through a cube.
-#[derive(Clone, Copy)]
-struct Ray {
-    /// The pixel's place in the tile.
-    pixel: u16,
-    /// F where the ray is now; NaN if it is not known.
-    before: f32,
 }
 
 /// What turns gradients on the screen into those in space, by the chain rule the inverse of the
@@ -162,7 +144,7 @@ impl Rays<'_> {
     }
 
     /// The tiles' pixels in one list, with what was left to be done.
-    fn assemble(&self, field: &CompiledField, tiles: Vec<Tile>) -> HeightMap {
+    fn assemble(&self, field: &CompiledField, tasks: Vec<Task>) -> HeightMap {
         let [width, height] = self.camera.size();
         let count = width * height;
         let mut map = HeightMap {
@@ -173,8 +155,8 @@ impl Rays<'_> {
             normals: vec![Vec3::ZERO; count],
             undefined: 0,
         };
-        for mut tile in tiles {
-            self.settle(field, &mut tile);
+        for task in tasks {
+            let tile = self.settle(field, task);
             map.undefined += tile.undefined;
             let columns = TILE.min(width - tile.left);
             for row in 0..TILE.min(height - tile.top) {
@@ -190,35 +172,58 @@ impl Rays<'_> {
     }
 
     /// Finds the roots of the rays that were left pending.
-    fn settle(&self, mut field: &CompiledField, tile: &mut Tile) {
-        let found = std::mem::take(&mut tile.pending);
-        let mut rooter = std::mem::take(&mut tile.memory.rooter);
-        for (bracket, surface) in found.iter().zip(rooter.solve(&found, &mut field)) {
+    fn settle(&self, mut field: &CompiledField, task: Task) -> Tile {
+        let Task {
+            mut tile,
+            pending,
+            mut rooter,
+            ..
+        } = task;
+        for (bracket, surface) in pending.iter().zip(rooter.solve(&pending, &mut field)) {
             // Proven to be inside, so whatever the numbers say, there is something.
             let surface = surface.unwrap_or(Surface {
                 depth: bracket.inside,
                 gradient: DVec3::ZERO,
                 is_root: false,
             });
-            self.meet(tile, bracket.pixel, &surface);
+            self.meet(&mut tile, bracket.pixel, &surface, true);
         }
+        tile
     }
 
-    /// Notes what a ray has met.
-    fn meet(&self, tile: &mut Tile, pixel: u16, surface: &Surface) {
+    /// Whether the cell may touch a side of the box.
+    fn touches_side(&self, cell: &Cell) -> bool {
+        let ends = [cell.low, cell.high];
+        // All of it is between its corners: the map is linear along each axis of the screen.
+        (0..8).any(|corner| {
+            let end = |axis: usize| ends[corner >> axis & 1][axis];
+            let screen = [end(0), end(1), end(2)];
+            let point = self.camera.point(screen);
+            let width = self
+                .straight
+                .map_or_else(|| self.camera.pixel_at(screen), |(_, width)| width);
+            self.camera.side_at(point, width).is_some()
+        })
+    }
+
+    /// Notes what a ray has met, which may be a side of the box if the ray is near one.
+    fn meet(&self, tile: &mut Tile, pixel: u16, surface: &Surface, is_near_side: bool) {
         let [u, v] = tile.middle(pixel);
         let screen = [u, v, surface.depth];
         let (turn, width) = self.straight.unwrap_or_else(|| turn(self.camera, screen));
-        let point = self.camera.point(screen);
-        let (hit, normal) = match self.camera.side_at(point, CUT * width) {
+        let side = match is_near_side {
+            true => (self.camera).side_at(self.camera.point(screen), CUT * width),
+            false => None,
+        };
+        let (hit, normal) = match side {
             Some(normal) => (Hit::Cut, normal),
             None if surface.is_root => (Hit::Surface, direction(turn * surface.gradient)),
             None => (Hit::Jump, direction(turn * surface.gradient)),
         };
         let pixel = usize::from(pixel);
-        if std::mem::replace(&mut tile.open[pixel], false) {
-            tile.rest -= 1;
-        }
+        let (open, bit) = (&mut tile.open[pixel / TILE], 1 << (pixel % TILE));
+        tile.rest -= u32::from(*open & bit != 0);
+        *open &= !bit;
         tile.hits[pixel] = hit;
         tile.depths[pixel] = surface.depth as f32;
         tile.normals[pixel] = normal.as_vec3();
@@ -228,131 +233,60 @@ impl Rays<'_> {
     /// in the cube to where they are inside or leave it; the former are found.
     fn follow(
         &self,
-        memory: &mut Memory,
-        tile: &mut Tile,
+        march: &mut March,
+        undefined: &mut u64,
         (cell, mut next): (&Cell, usize),
         field: &mut Specialized<'_>,
     ) {
-        while !memory.rays.is_empty() && next <= LEAF {
+        while march.count > 0 && next <= LEAF {
             let steps = SLICES.min(LEAF + 1 - next);
-            memory.place(tile, cell.low.z as f32 + next as f32, steps);
-            memory.evaluate(self.in_single, field);
-            if memory.values.iter().any(|value| value.is_nan()) {
-                tile.undefined += self.count_undefined(memory, field);
+            let depth = cell.low.z + next as f64;
+            march.evaluate((depth as f32, steps), self.in_single, field);
+            if march.has_undefined() {
+                // In f32 that may be an overflow, so it is computed again.
+                march.evaluate_wide(field);
+                let is_seen = |&screen: &[f64; 3]| self.camera.sees(self.camera.point(screen));
+                *undefined += march.undefined().filter(is_seen).count() as u64;
             }
-            memory.advance(tile, cell.low.z + next as f64);
+            march.advance(depth);
             next += steps;
         }
-        memory.rays.clear();
+        march.count = 0;
     }
 
-    /// At how many points of the batch, in the box, F is not a number. In f32 that may be an
-    /// overflow, so it is computed again.
-    fn count_undefined(&self, memory: &mut Memory, field: &mut Specialized<'_>) -> u64 {
-        memory.evaluate(false, field);
-        let is_undefined = |&index: &usize| {
-            let screen = [0, 1, 2].map(|axis| f64::from(memory.points[axis][index]));
-            memory.values[index].is_nan() && self.camera.sees(self.camera.point(screen))
-        };
-        (0..memory.values.len()).filter(is_undefined).count() as u64
+    /// Finds the roots in the slices that were found; those that are harder are put aside.
+    fn strike(&self, task: &mut Task, is_near_side: bool, field: &mut Specialized<'_>) {
+        let Task {
+            tile, march, hard, ..
+        } = task;
+        let found = &mut march.found;
+        found.strike(field);
+        hard.clear();
+        for place in 0..found.count {
+            let pixel = found.pixels[place];
+            if found.is_cut_at_front(place) {
+                self.meet(tile, pixel, &Surface::CUT_AT_FRONT, true);
+            } else if let Some(surface) = found.surface(place) {
+                self.meet(tile, pixel, &surface, is_near_side);
+            } else {
+                hard.push(found.bracket(place));
+            }
+        }
+        found.count = 0;
     }
 }
 
 /// The direction of a vector; 0 where there is none.
 fn direction(vector: DVec3) -> DVec3 {
+    let square = vector.length_squared();
+    if square > 1e-200 && square < 1e200 {
+        return vector * (1.0 / square.sqrt());
+    }
     let scale = vector.abs().max_element();
     if scale > 0.0 && scale.is_finite() {
         (vector / scale).normalize()
     } else {
         DVec3::ZERO
-    }
-}
-
-/// The slice of a ray at whose end, with this depth and this F, it is inside.
-fn bracket(tile: &Tile, ray: &Ray, inside: f64, value: f32) -> Bracket {
-    let guess = f64::from(ray.before / (ray.before - value));
-    Bracket {
-        pixel: ray.pixel,
-        ray: tile.middle(ray.pixel),
-        // Before the first slice there is nothing.
-        outside: (inside - 1.0).max(0.0),
-        inside,
-        guess: if guess.is_finite() {
-            guess.clamp(0.01, 0.99)
-        } else {
-            0.5
-        },
-    }
-}
-
-impl Memory {
-    /// Puts the rays' points at so many ends of slices, from this depth on, into the columns:
-    /// slice by slice. All coordinates are halves of whole numbers, and exact in f32.
-    fn place(&mut self, tile: &Tile, depth: f32, steps: usize) {
-        let [first, second, third] = &mut self.points;
-        first.clear();
-        second.clear();
-        third.clear();
-        let count = self.rays.len();
-        for ray in &self.rays {
-            let [u, v] = tile.middle(ray.pixel);
-            first.push(u as f32);
-            second.push(v as f32);
-        }
-        third.resize(count, depth);
-        for step in 1..steps {
-            first.extend_from_within(..count);
-            second.extend_from_within(..count);
-            third.resize((step + 1) * count, depth + step as f32);
-        }
-        self.values.resize(steps * count, 0.0);
-    }
-
-    /// Takes the values of a round that began at this depth: rays that are inside are found, the
-    /// others stay.
-    fn advance(&mut self, tile: &Tile, depth: f64) {
-        let Memory {
-            rays,
-            found,
-            values,
-            ..
-        } = self;
-        let count = rays.len();
-        let mut index = 0;
-        rays.retain_mut(|ray| {
-            let own = values[index..].iter().step_by(count);
-            index += 1;
-            for (step, &value) in own.enumerate() {
-                if value < 0.0 {
-                    found.push(bracket(tile, ray, depth + step as f64, value));
-                    return false;
-                }
-                ray.before = value;
-            }
-            true
-        });
-    }
-
-    /// F at the points in the columns.
-    fn evaluate(&mut self, in_single: bool, field: &mut Specialized<'_>) {
-        if in_single {
-            field.values_f32(&self.points.each_ref().map(Vec::as_slice), &mut self.values);
-            return;
-        }
-        for (wide, column) in self.wide_points.iter_mut().zip(&self.points) {
-            wide.clear();
-            wide.extend(column.iter().map(|&coordinate| f64::from(coordinate)));
-        }
-        self.wide_values.resize(self.values.len(), 0.0);
-        let points = self.wide_points.each_ref().map(Vec::as_slice);
-        field.values(&points, &mut self.wide_values);
-        for (value, &wide) in self.values.iter_mut().zip(&self.wide_values) {
-            *value = wide as f32;
-            // Only the sign counts, and that must not be lost.
-            if wide < 0.0 && *value == 0.0 {
-                *value = -f32::MIN_POSITIVE;
-            }
-        }
     }
 }
 
@@ -366,21 +300,33 @@ impl Tile {
         ]
     }
 
-    /// The first and last row and column of a cell in the tile.
-    fn rectangle(&self, cell: &Cell) -> [Range<usize>; 2] {
+    /// The rows of a cell in the tile, and the bits of its columns.
+    fn rectangle(&self, cell: &Cell) -> (Range<usize>, u128) {
         let rows = whole(cell.low.y) - self.top..whole(cell.high.y) - self.top;
         let columns = whole(cell.low.x) - self.left..whole(cell.high.x) - self.left;
-        [rows, columns]
+        let bits = u128::MAX >> (TILE - columns.len()) << columns.start;
+        (rows, bits)
+    }
+
+    /// Adds the cell's rays that have met nothing yet.
+    fn march_in(&self, cell: &Cell, march: &mut March) {
+        let (rows, columns) = self.rectangle(cell);
+        let left = columns.trailing_zeros() as usize;
+        for row in rows {
+            let bits = (self.open[row] >> left) as u8;
+            let first = (row * TILE + left) as u16;
+            march.add_row(bits, first, self.middle(first));
+        }
     }
 
     /// Calls `visit` with every pixel of the cell whose ray has met nothing yet.
     fn for_each_open(&self, cell: &Cell, mut visit: impl FnMut(u16)) {
-        let [rows, columns] = self.rectangle(cell);
+        let (rows, columns) = self.rectangle(cell);
         for row in rows {
-            for pixel in row * TILE + columns.start..row * TILE + columns.end {
-                if self.open[pixel] {
-                    visit(pixel as u16);
-                }
+            let mut bits = self.open[row] & columns;
+            while bits != 0 {
+                visit((row * TILE) as u16 + bits.trailing_zeros() as u16);
+                bits &= bits - 1;
             }
         }
     }
@@ -393,37 +339,39 @@ fn whole(face: f64) -> usize {
 }
 
 impl Explorer for Rays<'_> {
-    type Task = Tile;
+    type Task = Task;
 
-    fn begin(&self, cell: &Cell) -> Tile {
+    fn begin(&self, cell: &Cell) -> Task {
         let (left, top) = (whole(cell.low.x), whole(cell.low.y));
         let [width, height] = self.camera.size();
         let count = TILE * TILE;
-        let inside = |pixel: usize| left + pixel % TILE < width && top + pixel / TILE < height;
-        let open: Vec<bool> = (0..count).map(inside).collect();
-        Tile {
-            left,
-            top,
-            rest: open.iter().filter(|&&open| open).count(),
-            open,
-            hits: vec![Hit::Nothing; count],
-            depths: vec![f32::INFINITY; count],
-            normals: vec![Vec3::ZERO; count],
+        let columns = u128::MAX >> (TILE - TILE.min(width - left));
+        let open: [u128; TILE] =
+            std::array::from_fn(|row| if top + row < height { columns } else { 0 });
+        Task {
+            tile: Tile {
+                left,
+                top,
+                rest: open.iter().map(|row| row.count_ones()).sum(),
+                open,
+                hits: vec![Hit::Nothing; count],
+                depths: vec![f32::INFINITY; count],
+                normals: vec![Vec3::ZERO; count],
+                undefined: 0,
+            },
             pending: Vec::new(),
-            undefined: 0,
-            memory: Memory::default(),
+            march: Box::default(),
+            hard: Vec::new(),
+            rooter: Rooter::default(),
         }
     }
 
-    fn wants(&self, tile: &mut Tile, cell: &Cell) -> bool {
-        if tile.rest == 0 {
+    fn wants(&self, task: &mut Task, cell: &Cell) -> bool {
+        if task.tile.rest == 0 {
             return false;
         }
-        let [rows, columns] = tile.rectangle(cell);
-        rows.into_iter().any(|row| {
-            let row = &tile.open[row * TILE..(row + 1) * TILE];
-            row[columns.clone()].contains(&true)
-        })
+        let (rows, columns) = task.tile.rectangle(cell);
+        task.tile.open[rows].iter().any(|row| row & columns != 0)
     }
 
     fn decides(&self, _cell: &Cell, enclosure: &Enclosure) -> bool {
@@ -433,7 +381,8 @@ impl Explorer for Rays<'_> {
         low > 0.0 || high < 0.0 && enclosure.regularity >= Regularity::Defined
     }
 
-    fn decided(&self, tile: &mut Tile, cell: &Cell, enclosure: &Enclosure) {
+    fn decided(&self, task: &mut Task, cell: &Cell, enclosure: &Enclosure) {
+        let Task { tile, pending, .. } = task;
         if enclosure.range.is_empty() {
             // The part of the cell that is in the image.
             let [width, height] = self.camera.size().map(|count| count as f64);
@@ -447,7 +396,6 @@ impl Explorer for Rays<'_> {
         if enclosure.range.low > 0.0 {
             return;
         }
-        let mut pending = std::mem::take(&mut tile.pending);
         let first = pending.len();
         tile.for_each_open(cell, |pixel| {
             pending.push(Bracket {
@@ -458,59 +406,64 @@ impl Explorer for Rays<'_> {
                 guess: 0.5,
             });
         });
-        for bracket in &pending[first..] {
-            tile.open[usize::from(bracket.pixel)] = false;
+        let (rows, columns) = tile.rectangle(cell);
+        for row in &mut tile.open[rows] {
+            *row &= !columns;
         }
-        tile.rest -= pending.len() - first;
+        tile.rest -= (pending.len() - first) as u32;
         if cell.low.z == 0.0 {
             for bracket in pending.drain(first..) {
-                self.meet(tile, bracket.pixel, &Surface::CUT_AT_FRONT);
+                self.meet(tile, bracket.pixel, &Surface::CUT_AT_FRONT, true);
             }
         }
-        tile.pending = pending;
     }
 
     fn leaf(
         &self,
-        tile: &mut Tile,
+        task: &mut Task,
         cell: &Cell,
         _enclosure: &Enclosure,
         field: &mut Specialized<'_>,
     ) {
-        let mut memory = std::mem::take(&mut tile.memory);
+        let Task { tile, march, .. } = &mut *task;
         // The first end of a slice was the last one of the cube in front.
         let first = usize::from(cell.low.z > 0.0);
-        memory.rays.clear();
-        tile.for_each_open(cell, |pixel| {
-            memory.rays.push(Ray {
-                pixel,
-                before: f32::NAN,
-            });
-        });
-        self.follow(&mut memory, tile, (cell, first), field);
-        let mut refused = Vec::new();
-        while !memory.found.is_empty() {
-            let surfaces = memory.rooter.solve(&memory.found, field);
-            for (bracket, surface) in memory.found.iter().zip(surfaces) {
+        tile.march_in(cell, march);
+        if !field.depends_on(2) {
+            // All of a ray's points in the cube are alike, and it is outside in front of them.
+            march.evaluate((cell.low.z as f32, 1), self.in_single, field);
+            if march.is_outside() {
+                march.count = 0;
+                return;
+            }
+        }
+        self.follow(march, &mut tile.undefined, (cell, first), field);
+        if march.found.count == 0 {
+            return;
+        }
+        let is_near_side = self.touches_side(cell);
+        while task.march.found.count > 0 {
+            self.strike(task, is_near_side, field);
+            let Task {
+                tile,
+                march,
+                hard,
+                rooter,
+                ..
+            } = &mut *task;
+            let mut refused = Vec::new();
+            for (bracket, surface) in hard.iter().zip(rooter.solve(hard, field)) {
                 match surface {
-                    _ if bracket.inside == 0.0 => {
-                        self.meet(tile, bracket.pixel, &Surface::CUT_AT_FRONT);
-                    }
-                    Some(surface) => self.meet(tile, bracket.pixel, surface),
+                    Some(surface) => self.meet(tile, bracket.pixel, surface, is_near_side),
                     // In f64 it is not inside there: the ray goes on.
                     None => refused.push(*bracket),
                 }
             }
-            memory.found.clear();
-            for bracket in refused.drain(..) {
-                memory.rays.push(Ray {
-                    pixel: bracket.pixel,
-                    before: f32::NAN,
-                });
+            for bracket in refused {
+                march.add(bracket.pixel, bracket.ray);
                 let next = (bracket.inside - cell.low.z) as usize + 1;
-                self.follow(&mut memory, tile, (cell, next), field);
+                self.follow(march, &mut tile.undefined, (cell, next), field);
             }
         }
-        tile.memory = memory;
     }
 }

@@ -41,6 +41,16 @@ pub(in crate::engine) enum Choice {
     IsNumber,
 }
 
+impl Choice {
+    /// Whether it is a truth value, of which the first possibility is 1 and the second one 0.
+    pub(in crate::engine) fn is_truth(self) -> bool {
+        !matches!(
+            self,
+            Choice::Min | Choice::Max | Choice::Select | Choice::Abs
+        )
+    }
+}
+
 /// The kind of choice that a kernel is, if any.
 pub(super) const fn choice(kernel: Kernel) -> Option<Choice> {
     match kernel {

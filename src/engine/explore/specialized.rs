@@ -1,7 +1,8 @@
 //! The field as it is pruned for the surroundings of a leaf.
 
+use super::walk::Pruned;
 use crate::engine::block::{self, Kernels};
-use crate::engine::prune::{Nest, Region, Scalars, Sequence};
+use crate::engine::prune::{Nest, Scalars, Sequence};
 use crate::engine::{CompiledField, Field};
 
 /// A field for points of one cell: values and gradients have the bits of the whole field's, and
@@ -14,8 +15,8 @@ pub struct Specialized<'a> {
     pub(super) sequence: Option<&'a Sequence>,
     pub(super) scalars: &'a Scalars,
     pub(super) kernels: Kernels,
-    /// The boxes that the sequence was pruned for, from the outermost.
-    pub(super) path: &'a [Region],
+    /// What the sequence was pruned by.
+    pub(super) pruned: Pruned<'a>,
     /// What prunes the gradient, once that has been asked for.
     pub(super) nest: &'a mut Option<Box<Nest>>,
 }
@@ -24,6 +25,12 @@ impl Specialized<'_> {
     /// The number of operations for one point, fused ones counted once; 0 if it is not known.
     pub fn size(&self) -> usize {
         self.sequence.map_or(0, Sequence::len)
+    }
+
+    /// Whether F may change along this axis in the cell.
+    pub fn depends_on(&self, axis: usize) -> bool {
+        self.sequence
+            .is_none_or(|sequence| sequence.depends_on(axis))
     }
 
     /// F at every point; `points` has a column per axis.
@@ -100,9 +107,10 @@ impl Specialized<'_> {
         let done = gradients.len() >= dimension && trunk.is_runnable() && {
             let nest = self.nest.get_or_insert_with(|| {
                 let q = self.field.parameters();
-                Box::new(Nest::new(trunk, q, self.kernels))
+                Box::new(Nest::new(trunk, q, self.field.program().choices()))
             });
-            let (sequence, scalars) = nest.within(trunk, self.path);
+            let decisions = |region: &_| self.pruned.decisions(region);
+            let (sequence, scalars) = nest.within(trunk, self.pruned.path, decisions);
             // At most four columns, so that nothing is allocated.
             let mut outputs: [&mut [f64]; 4] = Default::default();
             outputs[0] = &mut values[..count];

@@ -7,6 +7,7 @@ use crate::engine::prune::{
 };
 use crate::engine::{CompiledField, Monitor};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
+use glam::DVec3;
 
 /// What all tasks share.
 pub(super) struct Walk<'a, E> {
@@ -20,6 +21,7 @@ pub(super) struct Walk<'a, E> {
 }
 
 /// What is known of up to [`BOXES`] tasks before they begin.
+#[derive(Default)]
 pub(super) struct Root {
     batch: Batch,
     lanes: Lanes,
@@ -44,6 +46,10 @@ impl Default for Lanes {
     }
 }
 
+/// Steps of a sequence that is pruned for leaves, too: of a shorter one that would cost more than
+/// it saves.
+const LONG: usize = 32;
+
 /// What is always true.
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -67,8 +73,10 @@ pub(super) struct Workspace {
 
 /// What is known of the cells of a level that have the same parent.
 #[derive(Default)]
-struct Level {
+pub(super) struct Level {
     cells: Vec<Cell>,
+    /// The coordinates of their faces.
+    faces: [Vec<f64>; 3],
     batch: Batch,
     lanes: Lanes,
 }
@@ -101,10 +109,7 @@ impl Workspace {
 impl<E: Explorer> Walk<'_, E> {
     /// Bounds the cells of up to [`BOXES`] tasks.
     pub(super) fn bound_tasks(&self, workspace: &mut Workspace, cells: &[Cell]) -> Root {
-        let mut root = Root {
-            batch: Batch::default(),
-            lanes: Lanes::default(),
-        };
+        let mut root = Root::default();
         let whole = Given {
             sequence: None,
             tame: false,
@@ -134,7 +139,7 @@ impl<E: Explorer> Walk<'_, E> {
         };
         workspace.path.clear();
         let place = Place {
-            batch: Some(&root.batch),
+            root: &root.batch,
             lane,
             enclosure: root.lanes.enclosures[lane],
             is_decided: root.lanes.decided >> lane & 1 == 1,
@@ -157,7 +162,7 @@ impl<E: Explorer> Walk<'_, E> {
                 passes.set(lane, cell.low, cell.high);
             }
             let sequence = self.sequence(sequences, given);
-            let prunes = sequence.has_choices && !self.is_leaf(&cells[0]);
+            let prunes = self.prunes(sequence, &cells[0]);
             let decisions = match prunes {
                 true => batch.prepare(sequence.len()),
                 false => &mut [],
@@ -175,6 +180,11 @@ impl<E: Explorer> Walk<'_, E> {
                 batch.mark(sequence, all & !lanes.decided);
             }
         }
+    }
+
+    /// Whether the sequence is pruned for cells of this one's level.
+    fn prunes(&self, sequence: &Sequence, cell: &Cell) -> bool {
+        sequence.has_choices && (!self.is_leaf(cell) || sequence.len() >= LONG)
     }
 
     /// Whether the cell is of the last level.
@@ -206,21 +216,33 @@ impl<E: Explorer> Walk<'_, E> {
         if place.is_decided {
             explorer.decided(task, cell, &place.enclosure);
         } else if self.is_leaf(cell) {
+            let scalars = workspace.scalars.len();
+            let depth = workspace.path.len();
+            let given = self.specialise(workspace, cell, given, place);
+            // Gradients, of fewer points, are left to what surrounds the leaf.
+            workspace.path.truncate(depth);
             let sequence = self.sequence(&workspace.sequences, given);
             let mut field = Specialized {
                 field: self.field,
                 sequence: self.can_bound.then_some(sequence),
                 scalars: &workspace.scalars,
                 kernels: workspace.kernels,
-                path: &workspace.path,
+                pruned: Pruned {
+                    trunk: self.trunk,
+                    root: place.root,
+                    path: &workspace.path,
+                    levels: &workspace.levels,
+                    sequences: &workspace.sequences,
+                },
                 nest: &mut workspace.nest,
             };
             explorer.leaf(task, cell, &place.enclosure, &mut field);
+            workspace.scalars.truncate(scalars);
         } else if !self.monitor.cancelled() {
             let scalars = workspace.scalars.len();
             let depth = workspace.path.len();
             let given = self.specialise(workspace, cell, given, place);
-            self.children(workspace, task, cell, given);
+            self.children(workspace, task, cell, given, place.root);
             workspace.path.truncate(depth);
             workspace.scalars.truncate(scalars);
         }
@@ -242,12 +264,12 @@ impl<E: Explorer> Walk<'_, E> {
         }
         let (outer, inner) = workspace.sequences.split_at_mut(level);
         let parent = self.sequence(outer, given);
-        if !(self.can_bound && parent.has_choices) {
+        if !(self.can_bound && self.prunes(parent, cell)) {
             return given;
         }
-        let batch = match place.batch {
-            Some(batch) => batch,
-            None => &workspace.levels[level].batch,
+        let batch = match level {
+            0 => place.root,
+            _ => &workspace.levels[level].batch,
         };
         let (scalars, child) = (&mut workspace.scalars, &mut inner[0]);
         let is_shorter =
@@ -260,8 +282,10 @@ impl<E: Explorer> Walk<'_, E> {
         workspace.regions += 1;
         workspace.path.push(Region {
             number: workspace.regions,
-            low: cell.low,
-            high: cell.high,
+            level,
+            lane: place.lane,
+            parent: given.sequence,
+            is_defined: place.enclosure.regularity >= Regularity::Defined,
         });
         Given {
             sequence: Some(level),
@@ -270,12 +294,22 @@ impl<E: Explorer> Walk<'_, E> {
     }
 
     /// Explores the children of a cell, whose field is given.
-    fn children(&self, workspace: &mut Workspace, task: &mut E::Task, cell: &Cell, given: Given) {
+    fn children(
+        &self,
+        workspace: &mut Workspace,
+        task: &mut E::Task,
+        cell: &Cell,
+        given: Given,
+        root: &Batch,
+    ) {
         let level = cell.level + 1;
         if workspace.levels.len() <= level {
             workspace.levels.resize_with(level + 1, Level::default);
         }
         let mut children = self.subdivision.children(Some(cell));
+        let faces = &mut workspace.levels[level].faces;
+        self.subdivision.faces(cell, faces);
+        let split = [0, 1, 2].map(|axis| faces[axis].len() - 1);
         loop {
             let Workspace {
                 levels,
@@ -286,12 +320,22 @@ impl<E: Explorer> Walk<'_, E> {
             } = &mut *workspace;
             let Level {
                 cells,
+                faces,
                 batch,
                 lanes,
             } = &mut levels[level];
             cells.clear();
-            let next = children.by_ref().take(BOXES);
-            cells.extend(next.map(|index| self.subdivision.cell(level, index)));
+            cells.extend(children.by_ref().take(BOXES).map(|index| {
+                let face = |axis: usize, upper: usize| {
+                    faces[axis][index[axis] - cell.index[axis] * split[axis] + upper]
+                };
+                Cell {
+                    level,
+                    index,
+                    low: DVec3::new(face(0, 0), face(1, 0), face(2, 0)),
+                    high: DVec3::new(face(0, 1), face(1, 1), face(2, 1)),
+                }
+            }));
             if cells.is_empty() {
                 return;
             }
@@ -300,7 +344,7 @@ impl<E: Explorer> Walk<'_, E> {
                 let Level { cells, lanes, .. } = &workspace.levels[level];
                 let cell = cells[lane];
                 let place = Place {
-                    batch: None,
+                    root,
                     lane,
                     enclosure: lanes.enclosures[lane],
                     is_decided: lanes.decided >> lane & 1 == 1,
@@ -318,9 +362,34 @@ impl<E: Explorer> Walk<'_, E> {
 /// What an interval pass tells of one cell.
 #[derive(Clone, Copy)]
 struct Place<'a> {
-    /// What the cell decides of its parent's sequence; none: see the workspace's level.
-    batch: Option<&'a Batch>,
+    /// What tasks decide of the trunk's sequence.
+    root: &'a Batch,
+    /// The cell's lane in the batch of its level.
     lane: usize,
     enclosure: Enclosure,
     is_decided: bool,
+}
+
+/// What has been decided on the way to a cell.
+pub(super) struct Pruned<'a> {
+    trunk: &'a Trunk,
+    /// About tasks.
+    root: &'a Batch,
+    /// About the cells of other levels.
+    levels: &'a [Level],
+    sequences: &'a [Sequence],
+    /// The boxes that sequences were pruned for, from the outermost.
+    pub(super) path: &'a [Region],
+}
+
+impl Pruned<'_> {
+    /// The sequence of which the region has decided choices, and the batch that tells which.
+    pub(super) fn decisions(&self, region: &Region) -> (&Sequence, &Batch) {
+        let sequence = region.parent.and_then(|place| self.sequences.get(place));
+        let batch = match region.level {
+            0 => self.root,
+            level => &self.levels[level].batch,
+        };
+        (sequence.unwrap_or(self.trunk.sequence()), batch)
+    }
 }

@@ -3,8 +3,8 @@
 //! All rules keep the bits of the result, NaN and the signs of zeros included: x + 0 is x only
 //! where x cannot be −0, and 0·x is no constant, but a chain-rule product with 0 is.
 
-use super::Scalars;
 use super::sequence::{SCALAR, Step, encode, is_scalar, is_step, scalar_place};
+use super::{Origin, Scalars};
 use crate::engine::block::{Kernel, Kind, single};
 
 /// Appends steps to a list.
@@ -18,6 +18,16 @@ pub(super) struct Folder<'a> {
 impl Folder<'_> {
     /// Where the kernel's result on these operands is found, of which `arity` count.
     pub(super) fn apply(&mut self, kernel: Kernel, arity: usize, operands: [u32; 3]) -> u32 {
+        self.apply_choice((kernel, Origin::NONE), arity, operands)
+    }
+
+    /// The same for what may be a choice.
+    pub(super) fn apply_choice(
+        &mut self,
+        (kernel, origin): (Kernel, Origin),
+        arity: usize,
+        operands: [u32; 3],
+    ) -> u32 {
         if operands[..arity].iter().all(|&operand| is_scalar(operand)) {
             return self.constant(kernel, arity, operands);
         }
@@ -69,14 +79,14 @@ impl Folder<'_> {
             Kernel::Multiply if self.is(a, 1.0) => return b,
             _ => {}
         }
-        encode(self.steps, kernel, arity, operands)
+        encode(self.steps, (kernel, origin), arity, operands)
     }
 
     /// The result on scalars.
     fn constant(&mut self, kernel: Kernel, arity: usize, operands: [u32; 3]) -> u32 {
         // Every kernel has a code for lanes alone.
         let Some(code) = kernel.code(&[Kind::Lanes; 3][..arity]) else {
-            return encode(self.steps, kernel, arity, operands);
+            return encode(self.steps, (kernel, Origin::NONE), arity, operands);
         };
         let places = operands.map(|operand| scalar_place(operand).unwrap_or(0));
         let number = single(code, places.map(|place| self.scalars.double[place]));

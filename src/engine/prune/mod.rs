@@ -17,6 +17,7 @@
 
 mod fold;
 mod nest;
+mod origin;
 mod sequence;
 mod specialise;
 
@@ -24,7 +25,8 @@ use super::block::{self, Bounds};
 use super::interpret;
 use super::lower::{self, Lowered};
 use crate::graph::{Graph, NodeId};
-pub(super) use nest::{BOXES, Nest, Passes, Region};
+pub(super) use nest::{BOXES, Nest, Passes, Region, prune};
+pub(super) use origin::{Origin, shared_choices};
 pub(super) use sequence::{Sequence, scalar_place};
 pub(super) use specialise::{Batch, Specialiser};
 
@@ -40,14 +42,16 @@ const ZERO: usize = 0;
 const ONE: usize = 1;
 
 impl Trunk {
-    /// Of these roots, as functions of so many coordinates and parameters.
+    /// Of these roots, as functions of so many coordinates and parameters. `origin` tells which
+    /// choices nodes are.
     pub(super) fn new(
         graph: &Graph,
         roots: &[NodeId],
         (dimension, parameters): (usize, usize),
+        origin: impl Fn(NodeId) -> Origin,
     ) -> Trunk {
-        let lowered = lower::list(graph, roots, dimension, parameters);
-        let (sequence, constants) = sequence::whole(&lowered);
+        let (lowered, nodes) = lower::list_with_nodes(graph, roots, dimension, parameters);
+        let (sequence, constants) = sequence::whole(&lowered, &nodes, origin);
         Trunk {
             lowered,
             sequence,

@@ -70,23 +70,50 @@ impl Passes {
     }
 }
 
+/// The trunk's sequence pruned for a box, if that is worth it, and its scalars. The trunk is
+/// runnable.
+pub(in crate::engine) fn prune(
+    trunk: &Trunk,
+    q: &[f64],
+    kernels: Kernels,
+    [low, high]: [DVec3; 2],
+) -> (Option<Sequence>, Scalars) {
+    let (mut scalars, mut batch) = (trunk.scalars(q), Batch::default());
+    let whole = trunk.sequence();
+    let mut passes = Passes::new(kernels);
+    passes.set(0, low, high);
+    passes.run(whole, &scalars, batch.prepare(whole.len()), true);
+    batch.mark(whole, 1);
+    let mut sequence = Sequence::default();
+    let lane = (&batch, 0);
+    let is_shorter = Specialiser::default().specialise(whole, lane, &mut scalars, &mut sequence);
+    (is_shorter.then_some(sequence), scalars)
+}
+
 /// A box that a sequence was specialised for.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::engine) struct Region {
     /// No two regions have the same number.
     pub(in crate::engine) number: u64,
-    pub(in crate::engine) low: DVec3,
-    pub(in crate::engine) high: DVec3,
+    /// The cell's level, and its lane in the batch in which it was bounded.
+    pub(in crate::engine) level: usize,
+    pub(in crate::engine) lane: usize,
+    /// The level whose sequence that batch decides about; none: the trunk's.
+    pub(in crate::engine) parent: Option<usize>,
+    /// Whether the function is a number everywhere in the box.
+    pub(in crate::engine) is_defined: bool,
 }
 
-/// The sequences of boxes each of which is a part of the one before, made one box at a time when
-/// they are asked for, and kept while the outer boxes stay.
+/// The sequences of another function of the same choices, in boxes each of which is a part of
+/// the one before; made one box at a time when they are asked for, and kept while the outer
+/// boxes stay. It takes no interval passes: what is decided is known from the first function's.
 pub(in crate::engine) struct Nest {
     scalars: Scalars,
-    passes: Passes,
     specialiser: Specialiser,
     batch: Batch,
     levels: Vec<Level>,
+    /// What is decided, by the numbers of the choices.
+    known: Vec<Decision>,
 }
 
 /// One of a nest's boxes.
@@ -98,27 +125,30 @@ struct Level {
     serves: Option<usize>,
     /// The number of scalars, with those that this box has added.
     scalars: usize,
-    tame: bool,
+    /// The choices that this box has decided.
+    decided: Vec<usize>,
 }
 
 impl Nest {
-    /// For the trunk at this q.
-    pub(in crate::engine) fn new(trunk: &Trunk, q: &[f64], kernels: Kernels) -> Nest {
+    /// For the trunk at this q, of which up to `choices` choices are known.
+    pub(in crate::engine) fn new(trunk: &Trunk, q: &[f64], choices: usize) -> Nest {
         Nest {
             scalars: trunk.scalars(q),
-            passes: Passes::new(kernels),
             specialiser: Specialiser::default(),
             batch: Batch::default(),
             levels: Vec::new(),
+            known: vec![Decision::default(); choices],
         }
     }
 
     /// The sequence of the last of these boxes, each of which is a part of the one before, with
-    /// its scalars. The trunk is always the same, and runnable.
-    pub(in crate::engine) fn within<'a>(
+    /// its scalars. The trunk is always the same. `decisions` gives the sequence and the batch in
+    /// which a region was bounded.
+    pub(in crate::engine) fn within<'a, 'b>(
         &'a mut self,
         trunk: &'a Trunk,
         path: &[Region],
+        decisions: impl Fn(&Region) -> (&'b Sequence, &'b Batch),
     ) -> (&'a Sequence, &'a Scalars) {
         let known = path.iter().zip(&self.levels);
         let known = known
@@ -131,8 +161,14 @@ impl Nest {
                 None => trunk.scalar_count(),
             };
             self.scalars.truncate(kept);
+            for level in &mut self.levels[known..] {
+                level.region = None;
+                for choice in level.decided.drain(..) {
+                    self.known[choice] = Decision::default();
+                }
+            }
             for (place, region) in path.iter().enumerate().skip(known) {
-                self.enter(trunk, place, region);
+                self.enter(trunk, place, region, decisions(region));
             }
         }
         let serves = path
@@ -143,31 +179,43 @@ impl Nest {
     }
 
     /// Makes the sequence of a box from that of the box around it.
-    fn enter(&mut self, trunk: &Trunk, place: usize, region: &Region) {
+    fn enter(
+        &mut self,
+        trunk: &Trunk,
+        place: usize,
+        region: &Region,
+        (first, batch): (&Sequence, &Batch),
+    ) {
         if self.levels.len() <= place {
             self.levels.resize_with(place + 1, Level::default);
         }
         let (outer, inner) = self.levels.split_at_mut(place);
         let level = &mut inner[0];
-        let (serves, tame) = match outer.last() {
-            Some(outer) => (outer.serves, outer.tame),
-            None => (None, false),
-        };
-        let parent = sequence(trunk, outer, serves);
         level.region = Some(region.number);
-        level.serves = serves;
-        level.tame = tame;
+        level.serves = outer.last().and_then(|outer| outer.serves);
+        batch.tell(first, region.lane, |choice, decision| {
+            if let Some(known) = self.known.get_mut(choice) {
+                *known = decision;
+                level.decided.push(choice);
+            }
+        });
+        if let (true, Some(last)) = (region.is_defined, self.known.last_mut()) {
+            // The last number is that of the question whether the function is a number.
+            *last = Decision {
+                first: 1,
+                second: 0,
+            };
+            level.decided.push(self.known.len() - 1);
+        }
+        let parent = sequence(trunk, outer, level.serves);
         if parent.has_choices {
-            self.passes.set(0, region.low, region.high);
-            let decisions = self.batch.prepare(parent.len());
-            let lanes = self.passes.run(parent, &self.scalars, decisions, !tame);
-            level.tame = tame || lanes & 1 == 1;
+            self.batch.learn(parent, &self.known);
             self.batch.mark(parent, 1);
-            let Level { sequence, .. } = level;
             let batch = (&self.batch, 0);
+            let (scalars, sequence) = (&mut self.scalars, &mut level.sequence);
             if self
                 .specialiser
-                .specialise(parent, batch, &mut self.scalars, sequence)
+                .specialise(parent, batch, scalars, sequence)
             {
                 level.serves = Some(place);
             }

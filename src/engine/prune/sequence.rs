@@ -4,10 +4,12 @@
 //! Arithmetic is fused as in every tape; choices stay alone, so that each can be decided by
 //! itself. The tape has the instructions of the steps in the same order, one for each.
 
+use super::Origin;
 use crate::engine::block::{Code, Kernel, Kind};
 use crate::engine::lower::{Lowered, Operand};
 use crate::engine::tape::fuse::{Choices, fuse, is_symmetric};
 use crate::engine::tape::{COORDINATE, Instruction, OUTPUT, Place, Source, Tape};
+use crate::graph::NodeId;
 use rustc_hash::FxHashMap;
 
 /// Marks an operand that is a place of the list of scalars. One that is marked by neither this
@@ -38,6 +40,8 @@ pub(in crate::engine) struct Step {
     pub(super) operands: [u32; 3],
     /// What to do.
     pub(super) code: Code,
+    /// Which choice it is.
+    pub(super) origin: Origin,
 }
 
 /// Steps in the order of their execution.
@@ -64,6 +68,16 @@ impl Sequence {
         sequence
     }
 
+    /// Whether a step or an output reads the coordinate of this axis.
+    pub(in crate::engine) fn depends_on(&self, axis: usize) -> bool {
+        let coordinate = COORDINATE | axis as u32;
+        let reads = |step: &Step| {
+            let [a, b, c] = step.operands;
+            (a == coordinate) | (b == coordinate) | (c == coordinate)
+        };
+        self.steps.iter().any(reads) || self.outputs.contains(&coordinate)
+    }
+
     /// The number of steps.
     pub(in crate::engine) fn len(&self) -> usize {
         self.steps.len()
@@ -71,8 +85,13 @@ impl Sequence {
 }
 
 /// The whole sequence of a function, with the constants that follow the uniforms in its list of
-/// scalars: 0, 1 and those of the function.
-pub(super) fn whole(lowered: &Lowered) -> (Sequence, Vec<f64>) {
+/// scalars: 0, 1 and those of the function. `nodes` are those of the steps, and `origin` tells
+/// which choices they are.
+pub(super) fn whole(
+    lowered: &Lowered,
+    nodes: &[NodeId],
+    origin: impl Fn(NodeId) -> Origin,
+) -> (Sequence, Vec<f64>) {
     let mut constants = vec![0.0, 1.0];
     let mut places: FxHashMap<u64, u32> = FxHashMap::default();
     for (place, constant) in constants.iter().enumerate() {
@@ -95,7 +114,13 @@ pub(super) fn whole(lowered: &Lowered) -> (Sequence, Vec<f64>) {
     for (step, fused) in fuse(lowered, Choices::Alone).into_iter().enumerate() {
         if let Some(fused) = fused {
             let operands = fused.operands.map(|found| operand(found, &values));
-            values[step] = encode(&mut sequence.steps, fused.kernel, fused.arity, operands);
+            let origin = origin(nodes[step]);
+            let origin = match fused.operands[0] == lowered.steps[step].operands[0] {
+                true => origin,
+                false => origin.exchanged(fused.kernel),
+            };
+            let kernel = (fused.kernel, origin);
+            values[step] = encode(&mut sequence.steps, kernel, fused.arity, operands);
         }
     }
     let outputs = lowered.outputs.iter();
@@ -108,7 +133,7 @@ pub(super) fn whole(lowered: &Lowered) -> (Sequence, Vec<f64>) {
 /// and returns its place.
 pub(super) fn encode(
     steps: &mut Vec<Step>,
-    kernel: Kernel,
+    (kernel, mut origin): (Kernel, Origin),
     arity: usize,
     mut operands: [u32; 3],
 ) -> u32 {
@@ -129,10 +154,15 @@ pub(super) fn encode(
             code = kernel.code(&kinds(exchanged)[..arity]);
             if code.is_some() {
                 operands = exchanged;
+                origin = origin.exchanged(kernel);
             }
         }
         if let Some(code) = code {
-            steps.push(Step { operands, code });
+            steps.push(Step {
+                operands,
+                code,
+                origin,
+            });
             return steps.len() as u32 - 1;
         }
         // Every kernel has a code for lanes alone, so there is a scalar if none was found.
@@ -143,6 +173,7 @@ pub(super) fn encode(
         steps.push(Step {
             operands: [operands[place]; 3],
             code: Code::Splat,
+            origin: Origin::NONE,
         });
         operands[place] = steps.len() as u32 - 1;
     }
@@ -175,6 +206,8 @@ impl Allocator {
         self.free.clear();
         tape.instructions.clear();
         tape.copies.clear();
+        tape.instructions.reserve(steps.len());
+        self.registers.reserve(steps.len());
         tape.registers = 0;
         *has_choices = false;
         // A single output is written by the last step, which nobody else needs.
@@ -193,7 +226,8 @@ impl Allocator {
                 })
             };
             self.registers.push(out);
-            let [a, b, c] = step.operands.map(|operand| self.source(operand));
+            let [a, b, c] = step.operands;
+            let [a, b, c] = [self.source(a), self.source(b), self.source(c)];
             tape.instructions.push(Instruction {
                 code: step.code,
                 out,
@@ -202,8 +236,9 @@ impl Allocator {
                 c,
             });
             // Only now, so that the instruction does not write to a register that it reads.
-            for operand in &step.operands[..facts.arity] {
-                self.release(*operand, index);
+            // Operands beyond the arity repeat the first one.
+            for operand in step.operands {
+                self.release(operand, index);
             }
         }
         for (output, &operand) in outputs.iter().enumerate() {

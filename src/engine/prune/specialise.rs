@@ -31,6 +31,60 @@ impl Batch {
         &mut self.decisions[..length]
     }
 
+    /// Calls `tell` with the numbers of the sequence's choices that are decided in this lane, and
+    /// what is decided, in the first bits, for operands in the order of the whole function.
+    pub(in crate::engine) fn tell(
+        &self,
+        sequence: &Sequence,
+        lane: usize,
+        mut tell: impl FnMut(usize, Decision),
+    ) {
+        for (step, decision) in sequence.steps.iter().zip(&self.decisions) {
+            let Some((choice, is_exchanged)) = step.origin.number() else {
+                continue;
+            };
+            if step.code.facts().choice.is_some() {
+                let (first, second) = (decision.first >> lane & 1, decision.second >> lane & 1);
+                let (first, second) = match is_exchanged {
+                    true => (second, first),
+                    false => (first, second),
+                };
+                if first | second != 0 {
+                    tell(choice, Decision { first, second });
+                }
+            }
+        }
+    }
+
+    /// Takes over what is known of the sequence's choices by their numbers, in the first bits.
+    pub(in crate::engine) fn learn(&mut self, sequence: &Sequence, known: &[Decision]) {
+        let decisions = self.prepare(sequence.len());
+        for (index, step) in sequence.steps.iter().enumerate() {
+            let Some(choice) = step.code.facts().choice else {
+                continue;
+            };
+            let number = step.origin.number();
+            let found = number.and_then(|(number, _)| known.get(number));
+            let mut decision = found.copied().unwrap_or_default();
+            if let Some((_, true)) = number {
+                std::mem::swap(&mut decision.first, &mut decision.second);
+            }
+            if choice == Choice::Select && decision == Decision::default() {
+                // By its condition, if that is a comparison that is decided.
+                let condition = step.operands[0] as usize;
+                let is_comparison = sequence
+                    .steps
+                    .get(condition)
+                    .and_then(|step| step.code.facts().choice)
+                    .is_some_and(Choice::is_truth);
+                if is_comparison {
+                    decision = decisions[condition];
+                }
+            }
+            decisions[index] = decision;
+        }
+    }
+
     /// Finds what these boxes need, a bit each.
     pub(in crate::engine) fn mark(&mut self, sequence: &Sequence, boxes: u64) {
         let length = sequence.steps.len();
@@ -46,7 +100,9 @@ impl Batch {
             if boxes == 0 {
                 continue;
             }
-            let [a, b, c] = step.operands.map(|operand| (operand as usize).min(length));
+            let [a, b, c] = step.operands;
+            let [a, b, c] = [a as usize, b as usize, c as usize];
+            let [a, b, c] = [a.min(length), b.min(length), c.min(length)];
             match step.code.facts().choice {
                 None => {
                     needed[a] |= boxes;
@@ -204,7 +260,8 @@ fn rewrite(
     places: &[u32],
     folder: &mut Folder<'_>,
 ) -> u32 {
-    let operands = step.operands.map(|operand| place(places, operand));
+    let [a, b, c] = step.operands;
+    let operands = [place(places, a), place(places, b), place(places, c)];
     let facts = step.code.facts();
     if let Some(choice) = facts.choice {
         let is_first = decision.first >> lane & 1 == 1;
@@ -223,18 +280,19 @@ fn rewrite(
             };
         }
     }
-    let scalars = (0..3).fold(0, |bits, place| {
-        bits | u8::from(is_scalar(operands[place])) << place
-    });
+    let [a, b, c] = operands;
+    let scalars =
+        u8::from(is_scalar(a)) | u8::from(is_scalar(b)) << 1 | u8::from(is_scalar(c)) << 2;
     if scalars == facts.scalars && step.code != Code::Splat {
         folder.steps.push(Step {
             operands,
             code: step.code,
+            origin: step.origin,
         });
         return folder.steps.len() as u32 - 1;
     }
     match facts.kernel {
-        Some(kernel) => folder.apply(kernel, facts.arity, operands),
+        Some(kernel) => folder.apply_choice((kernel, step.origin), facts.arity, operands),
         // Lanes of a scalar, which those who read them may take as it is.
         None => operands[0],
     }
