@@ -2,7 +2,8 @@
 //!
 //! [`explore`] splits a box into tasks and each of them into cells within cells. Where the field's
 //! enclosure decides a cell it ends there; in the cells of the last level that are left it hands
-//! out the field as pruned for the surroundings. What is done with them is the [`Explorer`]'s.
+//! out the field as pruned for the surroundings or, where that is long, for the cell itself. What
+//! is done with them is the [`Explorer`]'s.
 //!
 //! Enclosures that are at least `Defined` hold for what is computed in f64, too: where a number may
 //! overflow in a cell, its enclosure is `Partial`.

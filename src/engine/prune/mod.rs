@@ -5,7 +5,8 @@
 //! once for a program; an interval pass over up to 64 boxes records what each box decides
 //! ([`super::block::Pass`]); `specialise` makes, for each of the boxes, the shorter sequence with
 //! registers of its own, and the parts of that box are treated alike. `fold` keeps the shorter
-//! sequence simple where operands have become constants.
+//! sequence simple where operands have become constants. What is decided of a function serves its
+//! derivatives, too (`origin`): a [`Nest`] prunes them without passes of their own.
 //!
 //! A pruned sequence has the bits of the whole one at every point of its box, in f64. In f32 it
 //! has those of the operations that are left, while choices are decided for exact numbers: where

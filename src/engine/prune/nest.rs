@@ -80,6 +80,9 @@ pub(in crate::engine) fn prune(
 ) -> (Option<Sequence>, Scalars) {
     let (mut scalars, mut batch) = (trunk.scalars(q), Batch::default());
     let whole = trunk.sequence();
+    if !whole.has_choices {
+        return (None, scalars);
+    }
     let mut passes = Passes::new(kernels);
     passes.set(0, low, high);
     passes.run(whole, &scalars, batch.prepare(whole.len()), true);
