@@ -26,6 +26,8 @@ pub mod sample;
 
 pub mod polygonize;
 
+pub mod inspect;
+
 pub mod picture;
 
 pub mod file;

@@ -12,6 +12,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("sample", &["engine", "geometry"]),
     ("polygonize", &["engine", "geometry"]),
+    ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),
     (
@@ -24,6 +25,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "inspect",
             "picture",
             "file",
         ],
@@ -38,6 +40,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "inspect",
             "picture",
             "file",
             "language",
@@ -52,6 +55,7 @@ const KEPT: &[(&str, &str)] = &[
     ("ariadne", "diagnostic"),
     ("cranelift", "engine/jit"),
     ("clap", "shell"),
+    ("ctrlc", "shell"),
     ("indicatif", "shell"),
     ("png", "file"),
 ];

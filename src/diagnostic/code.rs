@@ -1,5 +1,7 @@
 //! The table of codes.
 
+use super::Severity;
+
 macro_rules! codes {
     ($($code:ident $name:ident $title:literal,)*) => {
         /// A stable code. Its number never changes meaning; its first digits say the stage:
@@ -21,6 +23,21 @@ macro_rules! codes {
             /// A short title.
             pub fn title(self) -> &'static str {
                 match self { $(Code::$name => $title,)* }
+            }
+
+            /// What it means, as Markdown: some sentences, then a wrong example and its repair,
+            /// each in a block of code. It stands in `explain/`, a file for each code.
+            pub fn page(self) -> &'static str {
+                match self {
+                    $(Code::$name => include_str!(
+                        concat!("explain/", stringify!($code), ".md")
+                    ),)*
+                }
+            }
+
+            /// The code that is written so, in capitals or not.
+            pub fn named(text: &str) -> Option<Code> {
+                Code::ALL.iter().copied().find(|code| code.as_str().eq_ignore_ascii_case(text))
             }
         }
     };
@@ -82,9 +99,24 @@ codes! {
     W0804 PoorRoots "roots beyond the tolerance",
     W0805 NoMachineCode "machine code that cannot be made",
     W0806 NothingSeen "nothing to be seen in the picture",
+    W0807 UnusedParameter "parameter that nothing uses",
+    W0808 LooksLikeDegrees "angle that looks like degrees",
+    W0809 InsideOut "field whose inside is the unbounded side",
+    W0810 ConstantField "field that is constant on its box",
+    W0811 UndefinedField "field that is not a number anywhere in its box",
+    W0812 SingularPoints "gradient that vanishes on the zero set",
 }
 
 impl Code {
+    /// Whether it ends the work or only warns.
+    pub fn severity(self) -> Severity {
+        if self.as_str().starts_with('W') {
+            Severity::Warning
+        } else {
+            Severity::Error
+        }
+    }
+
     /// The program's exit code when this error ends it: 1 the script is wrong, 2 usage,
     /// 3 input or output, 4 no surface found.
     pub fn exit_code(self) -> u8 {

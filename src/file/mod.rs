@@ -33,7 +33,7 @@ use format::Writer;
 pub use format::{FORMATS, Format};
 pub use vm::FieldRoot;
 use vm::ReadError;
-pub use write::resolve;
+pub use write::{Abandoned, abandon, resolve};
 
 /// Why a file was not written or not read.
 #[derive(Debug, Error)]
@@ -90,6 +90,15 @@ pub enum FileError {
         /// The extensions of the formats that can.
         suitable: String,
     },
+}
+
+/// Whether a file could be written, as far as the disk tells before the work; `made` is a folder
+/// that will be made for it. Leaves nothing behind.
+pub fn check_writable(path: &Path, made: Option<&Path>) -> Result<(), FileError> {
+    write::check_writable(path, made).map_err(|source| FileError::CannotWrite {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// Makes a folder and those above it, unless it is there.

@@ -7,9 +7,11 @@
 
 pub mod arithmetic;
 pub mod builtin;
+mod degrees;
 pub mod evaluate;
 pub mod field;
 pub mod function;
+mod inspection;
 pub mod json;
 pub mod limits;
 pub mod list;

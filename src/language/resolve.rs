@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::degrees;
 use super::scope::Scope;
 use crate::diagnostic::{Code, Diagnostic, Span, suggest};
 use crate::syntax::tree::{
@@ -15,6 +16,31 @@ use crate::syntax::tree::{
 
 /// What is wrong with the names of a file, whose surroundings are `globals`.
 pub fn resolve(tree: &Tree, globals: &Rc<Scope>) -> Vec<Diagnostic> {
+    resolve_file(tree, globals).errors
+}
+
+/// What is wrong with the names of a file, and what is allowed but probably not meant.
+pub fn resolve_with_warnings(
+    tree: &Tree,
+    globals: &Rc<Scope>,
+) -> (Vec<Diagnostic>, Vec<Diagnostic>) {
+    let mut resolver = resolve_file(tree, globals);
+    for statement in &tree.statements {
+        if let StatementKind::Parameter { name, .. } = &statement.kind
+            && !resolver.used.contains(&name.text)
+        {
+            let message = format!("nothing uses the parameter `{}`", name.text);
+            let help = "use it in a field, or leave it out: changing it does nothing";
+            let warning = Diagnostic::warning(Code::UnusedParameter, message);
+            resolver
+                .warnings
+                .push(warning.label(name.span, "never used").help(help));
+        }
+    }
+    (resolver.errors, resolver.warnings)
+}
+
+fn resolve_file<'a>(tree: &Tree, globals: &'a Rc<Scope>) -> Resolver<'a> {
     let mut resolver = Resolver::new(globals);
     for statement in &tree.statements {
         for name in defined_names(statement) {
@@ -26,7 +52,7 @@ pub fn resolve(tree: &Tree, globals: &Rc<Scope>) -> Vec<Diagnostic> {
             resolver.statement(statement);
         }
     });
-    resolver.errors
+    resolver
 }
 
 /// What is wrong with the names of one expression.
@@ -63,6 +89,9 @@ struct Resolver<'a> {
     /// How many function bodies are around.
     functions: usize,
     errors: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
+    /// Every name that occurs anywhere but where it is bound.
+    used: FxHashSet<Arc<str>>,
 }
 
 #[derive(Clone, Copy)]
@@ -79,6 +108,8 @@ impl<'a> Resolver<'a> {
             later: FxHashSet::default(),
             functions: 0,
             errors: Vec::new(),
+            warnings: Vec::new(),
+            used: FxHashSet::default(),
         }
     }
 
@@ -123,6 +154,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn use_name(&mut self, name: &Name) {
+        self.used.insert(Arc::clone(&name.text));
         let known = self.find(&name.text).is_some()
             || self.globals.find(&name.text).is_some()
             || (self.functions > 0 && self.later.contains(&name.text));
@@ -348,6 +380,11 @@ impl<'a> Resolver<'a> {
     }
 
     fn call(&mut self, callee: &Expression, arguments: &[Argument]) {
+        if let ExpressionKind::Name(name) | ExpressionKind::Property { name, .. } = &*callee.kind
+            && self.find(&name.text).is_none()
+        {
+            self.warnings.extend(degrees::warning(name, arguments));
+        }
         // `a.f(b)`: whether f is a property or a function is known when a is.
         match &*callee.kind {
             ExpressionKind::Property { subject, .. } => self.expression(subject),

@@ -163,9 +163,13 @@ impl Session {
 
     fn run_statements(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
         self.check_settings(tree).map_err(|error| vec![*error])?;
-        let errors = resolve::resolve(tree, &self.globals);
+        let (errors, warnings) = resolve::resolve_with_warnings(tree, &self.globals);
         if !errors.is_empty() {
             return Err(errors);
+        }
+        // Whoever asks one thing of a file is not told about the rest of it.
+        if self.mode != Mode::Define {
+            warnings.into_iter().for_each(|w| self.host.warn(w));
         }
         let globals = Rc::clone(&self.globals);
         for statement in &tree.statements {

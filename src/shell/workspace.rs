@@ -10,9 +10,8 @@ use std::time::Instant;
 use serde_json::{Map, Value as Json};
 
 use super::arguments::Common;
-use super::output::{self, colored, escaped, report};
+use super::output::{self, escaped, report};
 use super::progress::TerminalProgress;
-use crate::diagnostic::render::render;
 use crate::diagnostic::{Code, Diagnostic, Sources};
 use crate::engine::Monitor;
 use crate::language::{FieldValue, Host, Limits, Mode, Session, Value};
@@ -68,25 +67,18 @@ impl Host for Terminal {
         if known {
             return;
         }
-        if !self.common.quiet && !self.common.json {
+        if !self.common.quiet {
             self.progress.clear();
             let sources = self.heard.sources.borrow();
-            let text = render(
-                std::slice::from_ref(&warning),
-                &sources,
-                colored(&self.common),
-            );
-            output::error_text(&text);
+            output::messages(std::slice::from_ref(&warning), &sources, &self.common);
         }
         warnings.push(warning);
     }
 
     fn wrote(&mut self, path: &Path) {
         self.progress.clear();
-        if !self.common.quiet && !self.common.json {
-            let name = path.display().to_string();
-            output::error_text(&format!("wrote {}", escaped(&name)));
-        }
+        let name = path.display().to_string();
+        output::note(&format!("wrote {}", escaped(&name)), &self.common);
         self.heard.written.borrow_mut().push(path.to_path_buf());
     }
 
@@ -123,7 +115,7 @@ impl Workspace {
         });
         let host = Terminal {
             heard: Rc::clone(&heard),
-            progress: TerminalProgress::new(common.quiet || common.json),
+            progress: TerminalProgress::new(!output::takes_notes(common)),
             common: common.clone(),
         };
         let mut session = Session::new(
@@ -255,7 +247,14 @@ fn read(file: &Path) -> Result<(String, String), Diagnostic> {
             let message = format!("`{name}` is not UTF-8 text: byte {at} cannot be read");
             Diagnostic::error(Code::NotText, message).help("save it as UTF-8")
         })
-        .map(|text| (name, text))
+        .map(|text| {
+            // Some editors begin a file with a byte-order mark, which says nothing here.
+            let text = text
+                .strip_prefix('\u{feff}')
+                .map(str::to_owned)
+                .unwrap_or(text);
+            (name, text)
+        })
 }
 
 /// At most one byte more than a source file may have: some files never end.

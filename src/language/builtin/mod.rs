@@ -6,6 +6,7 @@
 
 mod arguments;
 mod calculus;
+mod inspection;
 mod lists;
 mod mathematics;
 mod pictures;
@@ -62,12 +63,13 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 static ALL: LazyLock<Vec<&'static Builtin>> = LazyLock::new(|| {
-    let tables: [&'static [Builtin]; 6] = [
+    let tables: [&'static [Builtin]; 7] = [
         mathematics::TABLE,
         lists::TABLE,
         calculus::TABLE,
         surfaces::TABLE,
         pictures::TABLE,
+        inspection::TABLE,
         script::TABLE,
     ];
     let mut all: Vec<&'static Builtin> = tables.into_iter().flatten().collect();
