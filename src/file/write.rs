@@ -50,8 +50,10 @@ pub fn abandon() -> Abandoned {
 /// if it is not there. Leaves nothing behind.
 pub(super) fn check_writable(path: &Path, made: Option<&Path>) -> io::Result<()> {
     let made = made.map(resolve).transpose()?;
-    if let Some(made) = made.filter(|folder| !folder.exists()) {
-        let present = made.ancestors().find(|folder| folder.exists());
+    // The present folder is the empty path here.
+    let exists = |folder: &Path| folder == Path::new("") || folder.exists();
+    if let Some(made) = made.filter(|folder| !exists(folder)) {
+        let present = made.ancestors().find(|folder| exists(folder));
         let folder = present.unwrap_or(Path::new("."));
         return create_beside(&folder.join("new")).map(drop);
     }

@@ -122,7 +122,14 @@ pub(super) fn messages_as(
     color: bool,
 ) {
     match format {
-        MessageFormat::Human => error_text(&render(diagnostics, sources, color)),
+        MessageFormat::Human => {
+            let advised = diagnostics.iter().map(|diagnostic| {
+                let advice = diagnostic.advice();
+                diagnostic.clone().help(advice)
+            });
+            let advised: Vec<Diagnostic> = advised.collect();
+            error_text(&render(&advised, sources, color));
+        }
         MessageFormat::Short => error_text(&short(diagnostics, sources)),
         MessageFormat::Json => {
             for diagnostic in diagnostics {
@@ -208,9 +215,7 @@ fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
     if let Some(span) = error.span() {
         object.extend(place(span, sources));
     }
-    if let Some(help) = &error.help {
-        object.insert("help".into(), help.clone().into());
-    }
+    object.insert("help".into(), error.advice().into());
     Json::Object(object)
 }
 
