@@ -148,63 +148,147 @@ fn tokens(random: &mut Random) -> String {
     (0..random.below(60)).map(|_| random.of(TOKENS)).collect()
 }
 
-/// Programs that mostly parse and often run: names are known, kinds are not.
-struct Grammar<'a> {
-    random: &'a mut Random,
-    /// Names that are bound, the same for all kinds of values.
-    names: Vec<String>,
+/// What is known of a name.
+#[derive(Clone, Copy, PartialEq)]
+enum Kind {
+    Number,
+    /// A field in so many dimensions.
+    Field(usize),
+    Other,
 }
 
-impl Grammar<'_> {
+/// Programs that parse and often run: some parts are made by kind, others of anything.
+struct Grammar<'a> {
+    random: &'a mut Random,
+    /// Names that are bound here.
+    names: Vec<(String, Kind)>,
+    count: usize,
+}
+
+impl<'a> Grammar<'a> {
+    fn new(random: &'a mut Random) -> Self {
+        Grammar {
+            random,
+            names: Vec::new(),
+            count: 0,
+        }
+    }
+
     fn program(&mut self) -> String {
         let count = 1 + self.random.below(8);
         (0..count).map(|_| self.statement(2) + "\n").collect()
     }
 
-    fn name(&mut self) -> String {
-        format!("n{}", self.random.below(6))
-    }
-
     /// A new name, to be known from here on.
-    fn new_name(&mut self) -> String {
-        let name = self.name();
-        self.names.push(name.clone());
+    fn bind(&mut self, kind: Kind) -> String {
+        self.count += 1;
+        let name = format!("n{}", self.count);
+        self.names.push((name.clone(), kind));
         name
     }
 
+    /// What is made with these names bound besides, each a number.
+    fn within<T>(&mut self, names: &[&str], make: impl FnOnce(&mut Self) -> T) -> T {
+        let outside = self.names.len();
+        let inner = names.iter().map(|name| (name.to_string(), Kind::Number));
+        self.names.extend(inner);
+        let made = make(self);
+        self.names.truncate(outside);
+        made
+    }
+
     fn statement(&mut self, depth: usize) -> String {
-        let value = self.expression(depth + 1);
-        match self.random.below(12) {
-            0 => format!("param {} = {value}", self.new_name()),
-            1 => format!(
-                "param {} = {} in -5..5",
-                self.new_name(),
-                self.random.below(9)
+        match self.random.below(14) {
+            0 => {
+                let value = self.random.below(9);
+                format!("param {} = {value} in -5..9", self.bind(Kind::Number))
+            }
+            1 | 2 => {
+                let value = self.scalar(depth + 1);
+                let word = self.random.of(&["let", "var", "param"]);
+                format!("{word} {} = {value}", self.bind(Kind::Number))
+            }
+            3 => {
+                let value = self.expression(depth + 1);
+                format!("let {} = {value}", self.bind(Kind::Other))
+            }
+            4 if depth > 0 => {
+                let list = format!("range({})", self.random.below(4));
+                self.within(&["i"], |inner| {
+                    let body = inner.statement(depth - 1);
+                    format!("for i in {list} {{ {body} }}")
+                })
+            }
+            5 => {
+                let value = self.scalar(depth + 1);
+                let body = self.within(&["a", "b"], |inner| inner.expression(depth + 1));
+                format!("fn {}(a, b = {value}) = {body}", self.bind(Kind::Other))
+            }
+            6..=8 => {
+                let (dimension, coordinates) =
+                    [(1, "x"), (2, "x, y"), (3, "x, y, z"), (3, "x, y, z")][self.random.below(4)];
+                let names: Vec<&str> = coordinates.split(", ").collect();
+                let body = self.within(&names, |inner| match inner.random.chance(80) {
+                    true => inner.scalar(depth + 3),
+                    false => inner.expression(depth + 2),
+                });
+                let name = self.bind(Kind::Field(dimension));
+                format!("field {name}({coordinates}) over -2..2 = {body}")
+            }
+            9..=11 => self.action(),
+            _ => self.expression(depth + 1),
+        }
+    }
+
+    /// Something that is done with a field, if one is known.
+    fn action(&mut self) -> String {
+        let known = self.names.iter().rev();
+        let mut fields = known.filter_map(|(name, kind)| match kind {
+            Kind::Field(dimension) => Some((name.clone(), *dimension)),
+            _ => None,
+        });
+        let Some((f, dimension)) = fields.next() else {
+            return format!("print({})", self.scalar(2));
+        };
+        let point = vec!["0.5"; dimension].join(", ");
+        match self.random.below(8) {
+            0 => format!("print(len(singularities({f})))"),
+            1 => format!("print(check({f}))"),
+            2 => format!("print(grad({f})({point}), hessian({f})({point}))"),
+            3 => format!("print({f}({}))", vec!["-1..1"; dimension].join(", ")),
+            4 => format!("print(len(sample({f}, count = 20, seed = 3)))"),
+            5 => format!("plot({f}, size = 9, samples = 1)"),
+            6 => format!("print(polygonize({f} & {f} + 0.5, cell = 0.5))"),
+            _ => format!("print(polygonize({f}, cell = 0.25, cap = true))"),
+        }
+    }
+
+    /// An expression that gives a number if its names do.
+    fn scalar(&mut self, depth: usize) -> String {
+        if depth == 0 || self.random.chance(10) {
+            let known = self.names.iter().filter(|(_, kind)| *kind == Kind::Number);
+            let numbers: Vec<&str> = known.map(|(name, _)| name.as_str()).collect();
+            return match numbers.is_empty() || self.random.chance(30) {
+                true => format!("{}", self.random.below(40) as f64 / 8.0 - 2.0),
+                false => self.random.of(&numbers).to_string(),
+            };
+        }
+        let (a, b) = (self.scalar(depth - 1), self.scalar(depth - 1));
+        match self.random.below(10) {
+            0..=4 => format!("({a} {} {b})", self.random.of(&["+", "-", "*", "/", "%"])),
+            5 => format!(
+                "{}({a}, {b})",
+                self.random.of(&["min", "max", "atan2", "mod"])
             ),
-            2 | 3 => format!("let {} = {value}", self.new_name()),
-            4 => format!("var {} = {value}", self.new_name()),
-            5 if depth > 0 => {
-                let (list, body) = (self.expression(1), self.statement(depth - 1));
-                format!("for {} in {list} {{ {body} }}", self.new_name())
+            6 => format!("({a})^{}", self.random.below(4)),
+            7 => format!("(if {a} < {b} then {a} else -{b})"),
+            8 => format!("norm([{a}, {b}])"),
+            _ => {
+                let names = [
+                    "sin", "cos", "tan", "exp", "log", "sqrt", "abs", "floor", "tanh",
+                ];
+                format!("{}({a})", self.random.of(&names))
             }
-            6 => format!("{} = {value}", self.name()),
-            7 => {
-                let name = self.new_name();
-                format!("fn {name}(n0, n1 = 2) = {}", self.expression(depth + 1))
-            }
-            8..=10 => {
-                let (name, outside) = (self.new_name(), self.names.clone());
-                self.names.extend(["x", "y", "z", "p"].map(str::to_string));
-                let body = self.expression(depth + 2);
-                self.names = outside;
-                match self.random.below(4) {
-                    0 => format!("field {name}(x) over -2..2 = {body}"),
-                    1 => format!("field {name}(x, y) over -2..2 = {body}"),
-                    2 => format!("field {name}(x, y, z) over [-1..1, -1..1, 0..2] = {body}"),
-                    _ => format!("field {name}(p in R3) = {body}"),
-                }
-            }
-            _ => value,
         }
     }
 
@@ -237,16 +321,13 @@ impl Grammar<'_> {
                 self.leaf()
             ),
             12 => {
-                let name = self.name();
-                self.names.push(name.clone());
-                let body = self.expression(depth - 1);
-                format!("[{body} for {name} in {a}]")
+                let body = self.within(&["t"], |inner| inner.expression(depth - 1));
+                format!("[{body} for t in {a}]")
             }
             13 => format!("({a} with {{{} = {}}})", self.name(), self.leaf()),
             14 => {
-                let name = self.name();
-                self.names.push(name.clone());
-                format!("({name} -> {})", self.expression(depth - 1))
+                let body = self.within(&["t"], |inner| inner.expression(depth - 1));
+                format!("(t -> {body})")
             }
             15 => format!("{a}({}, {})", self.leaf(), self.leaf()),
             16 => format!("\"{{{}}}\"", self.leaf()),
@@ -273,10 +354,15 @@ impl Grammar<'_> {
         format!("{}({})", function.name, arguments.join(", "))
     }
 
+    /// The name of a parameter, or of something else.
+    fn name(&mut self) -> String {
+        format!("n{}", 1 + self.random.below(1 + self.count))
+    }
+
     fn leaf(&mut self) -> String {
         match self.random.below(10) {
             0..=4 if !self.names.is_empty() => {
-                self.names[self.random.below(self.names.len())].clone()
+                self.names[self.random.below(self.names.len())].0.clone()
             }
             5 => self
                 .random
@@ -318,11 +404,11 @@ fn watch(present: &Present) {
 fn try_all(
     (mut random, rounds): (Random, Rounds),
     mut make: impl FnMut(&mut Random) -> String,
-    mut attempt: impl FnMut(&mut Random, &str),
+    mut attempt: impl FnMut(&mut Random, &str) -> bool,
 ) {
     let present = Present::default();
     watch(&present);
-    let mut count = 0;
+    let (mut count, mut well) = (0, 0);
     while match rounds {
         Rounds::Count(all) => count < all,
         Rounds::Until(end) => Instant::now() < end,
@@ -336,6 +422,7 @@ fn try_all(
         );
         *present.lock().unwrap() = None;
         count += 1;
+        well += usize::from(matches!(result, Ok(true)));
         if count % 64 == 0 {
             let memory = memory();
             assert!(
@@ -344,7 +431,10 @@ fn try_all(
             );
         }
     }
-    println!("{count} programs, {} MB in memory", memory() / 1_000_000);
+    let megabytes = memory() / 1_000_000;
+    println!("{count} programs, {well} without an error, {megabytes} MB in memory");
+    // Programs that all fail at once would test nothing.
+    assert!(well > count / 20, "{well} of {count}");
 }
 
 /// Bytes of this process in memory; 0 where the system does not tell.
@@ -375,13 +465,15 @@ fn check_diagnostics(diagnostics: &[Diagnostic], sources: &Sources, id: SourceId
     }
 }
 
-fn parse_one(text: &str) {
+/// Parses a text; says whether it is without an error.
+fn parse_one(text: &str) -> bool {
     let mut sources = Sources::default();
     let id = sources.add("fuzz.imp", text);
     let parsed = parse(id, text);
     if !parsed.diagnostics.is_empty() {
         check_diagnostics(&parsed.diagnostics, &sources, id);
     }
+    parsed.diagnostics.is_empty()
 }
 
 /// Limits so small that nothing ordinary takes long.
@@ -401,12 +493,14 @@ fn limits() -> Limits {
     limits
 }
 
-fn run_one(random: &mut Random, text: &str, folder: &Path) {
+/// Runs a program in one of the modes; says whether it ends without an error.
+fn run_one(random: &mut Random, text: &str, folder: &Path) -> bool {
     let mut sources = Sources::default();
     let id = sources.add("fuzz.imp", text);
     let parsed = parse(id, text);
     if !parsed.diagnostics.is_empty() {
-        return check_diagnostics(&parsed.diagnostics, &sources, id);
+        check_diagnostics(&parsed.diagnostics, &sources, id);
+        return false;
     }
     let warnings = Rc::new(RefCell::new(Vec::new()));
     let listener = Listener {
@@ -422,14 +516,16 @@ fn run_one(random: &mut Random, text: &str, folder: &Path) {
         place.clone(),
         vec![place],
     );
-    if let Err(errors) = session.run(&parsed.tree) {
+    let result = session.run(&parsed.tree);
+    if let Err(errors) = &result {
         assert!(!errors.is_empty());
-        check_diagnostics(&errors, &sources, id);
+        check_diagnostics(errors, &sources, id);
     }
     let warnings = warnings.borrow();
     if !warnings.is_empty() {
         check_diagnostics(&warnings, &sources, id);
     }
+    result.is_ok()
 }
 
 #[test]
@@ -437,10 +533,7 @@ fn no_text_is_too_much_for_the_parser() {
     let texts = corpus();
     let make = |random: &mut Random| match random.below(4) {
         0 => tokens(random),
-        1 => {
-            let names = Vec::new();
-            Grammar { random, names }.program()
-        }
+        1 => Grammar::new(random).program(),
         _ => changed(random, &texts),
     };
     try_all(plan(4_000), make, |_, text| parse_one(text));
@@ -452,10 +545,7 @@ fn no_program_is_too_much_for_the_evaluator() {
     let folder = tempfile::tempdir().unwrap();
     let make = |random: &mut Random| match random.below(4) {
         0 => changed(random, &texts),
-        _ => {
-            let names = Vec::new();
-            Grammar { random, names }.program()
-        }
+        _ => Grammar::new(random).program(),
     };
     try_all(plan(1_000), make, |random, text| {
         run_one(random, text, folder.path())
