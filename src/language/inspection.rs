@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::function::At;
 use super::session::Session;
 use super::show::show;
 use super::value::{Outcome, Value, failure};
@@ -29,9 +30,12 @@ impl Session {
             else {
                 continue;
             };
-            let compiled = field.compiled(&mut self.graph, self.parameters.values())?;
+            let compiled = field
+                .compiled(&mut self.graph, self.parameters.values())
+                .at(name.span, "this field")?;
             let report = inspect(&compiled, &bounds, self.host.monitor())
-                .map_err(|error| failure(Code::Cancelled, error.to_string()))?;
+                .map_err(|error| failure(Code::Cancelled, error.to_string()))
+                .at(name.span, "this field")?;
             for warning in warnings(&report, bounds.dimension, name.span) {
                 self.host.warn(warning);
             }

@@ -36,7 +36,8 @@ impl Session {
     ) -> Outcome<Value> {
         let value = stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
             self.expression_kind(expression, scope)
-        })?;
+        })
+        .at(expression.span, "here")?;
         self.check_size(&value, expression.span)?;
         Ok(value)
     }
