@@ -9,7 +9,9 @@
 //! $ IMP_FUZZ_SECONDS=600 IMP_FUZZ_SEED=7 cargo test --release --test fuzz -- --nocapture
 //! ```
 //!
-//! What fails is printed whole, to be put into the corpus. Environment variables are read once.
+//! What fails is printed whole, to be put into the corpus.
+
+#![allow(clippy::print_stdout, clippy::print_stderr)]
 
 #[path = "common/host.rs"]
 mod host;
