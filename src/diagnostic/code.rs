@@ -47,6 +47,7 @@ codes! {
     E0208 UnknownParameter "no parameter of that name",
     E0209 WhichField "no field, or several, to choose from",
     E0210 NotAtTop "definition that belongs to the top of the file",
+    E0211 ImportCircle "files that import each other in a circle",
     E0301 WrongKind "value of the wrong kind",
     E0302 LengthsDiffer "lists of different lengths",
     E0303 IndexOutOfRange "index out of range",
@@ -76,6 +77,7 @@ codes! {
     E0705 UnknownFormat "unknown file format",
     E0706 WrongFormat "format that cannot hold this value",
     E0707 BadContent "file whose content is not understood",
+    E0708 OutsideInput "import from outside the allowed folders",
     W0801 NanRegion "field is not a number in part of the box",
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
@@ -94,6 +96,7 @@ impl Code {
             | Code::NotText
             | Code::CannotWrite
             | Code::OutsideOutput
+            | Code::OutsideInput
             | Code::UnknownFormat
             | Code::WrongFormat
             | Code::BadContent => 3,

@@ -138,6 +138,14 @@ impl FieldValue {
         }
     }
 
+    /// The same field with these values for those components of q that it does not change yet.
+    pub fn with_defaults(&self, changes: &[(usize, f64)]) -> FieldValue {
+        let new = changes
+            .iter()
+            .filter(|(index, _)| !self.changes.contains_key(index));
+        self.with(new.copied())
+    }
+
     /// The field's body as a graph that the engine can evaluate.
     pub fn program(&self, graph: &mut Tracer) -> Outcome<Arc<Program>> {
         let mut roots = Vec::new();

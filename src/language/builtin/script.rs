@@ -138,7 +138,7 @@ fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let Some(given) = arguments.text("path")? else {
         return Ok(Value::Nothing);
     };
-    let path = session.input_directory.join(given);
+    let path = session.unit.directory.join(given);
     let graph = &mut session.graph;
     let first = first_axis(graph.level);
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(first + axis));

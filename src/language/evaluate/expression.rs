@@ -9,7 +9,6 @@ use crate::language::field;
 use crate::language::function::{At, Closure, FunctionValue};
 use crate::language::limits::exceeded;
 use crate::language::list::List;
-use crate::language::parameters;
 use crate::language::product;
 use crate::language::scope::{Binding, Scope};
 use crate::language::session::Session;
@@ -72,7 +71,7 @@ impl Session {
             ExpressionKind::Comparison { first, rest } => self.comparison(first, rest, span, scope),
             ExpressionKind::Interval { low, high } => self.interval(low, high, span, scope),
             ExpressionKind::Steps { interval, step } => self.steps(interval, step, scope),
-            ExpressionKind::With { subject, bindings } => self.with(subject, bindings, scope),
+            ExpressionKind::With { subject, bindings } => self.with(subject, bindings, span, scope),
             ExpressionKind::Pipe { left, right } => self.pipe(left, right, span, scope),
             ExpressionKind::Call { callee, arguments } => {
                 self.call_expression(callee, arguments, None, span, scope)
@@ -108,17 +107,21 @@ impl Session {
     pub(crate) fn lookup(&mut self, name: &Name, scope: &Rc<Scope>) -> Outcome<Value> {
         match scope.find(&name.text) {
             Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
-            Some(Binding::Lazy(_)) if !self.acting => Ok(Value::Unknown),
-            Some(Binding::Lazy(statement)) => {
-                // It is run as if it were its turn in the file, whoever asks for it.
-                let globals = Rc::clone(&self.globals);
+            Some(Binding::Lazy(..)) if !self.acting => Ok(Value::Unknown),
+            Some(Binding::Lazy(statement, unit)) => {
+                let Some(unit) = unit.upgrade() else {
+                    return Ok(Value::Unknown);
+                };
+                // It is run as if it were its turn in its file, whoever asks for it.
+                let outer = std::mem::replace(&mut self.unit, Rc::clone(&unit));
                 let level = std::mem::take(&mut self.graph.level);
                 let branch = self.branch.take();
-                let done = self.statement(&statement, &globals);
+                let done = self.statement(&statement, &unit.scope);
                 self.graph.level = level;
                 self.branch = branch;
+                self.unit = outer;
                 done?;
-                match globals.find(&name.text) {
+                match unit.scope.find(&name.text) {
                     Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
                     _ => Ok(Value::Unknown),
                 }
@@ -270,76 +273,10 @@ impl Session {
         Ok(all.unwrap_or(Value::Bool(true)))
     }
 
-    fn with(
-        &mut self,
-        subject: &Expression,
-        bindings: &[(Name, Expression)],
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let subject_value = self.usable(subject, scope)?;
-        let mut changes = Vec::new();
-        let mut unknown = false;
-        for (place, (name, expression)) in bindings.iter().enumerate() {
-            if let Some((before, _)) = bindings[..place]
-                .iter()
-                .find(|(before, _)| before.text == name.text)
-            {
-                let message = format!("the parameter `{}` is given twice", name.text);
-                let error = failure(Code::BoundTwice, message);
-                return Err(Box::new(
-                    error
-                        .label(name.span, "the second time")
-                        .label(before.span, "the first time"),
-                ));
-            }
-            let parameter = self
-                .parameters
-                .get(&name.text)
-                .at(name.span, "not a parameter")?
-                .clone();
-            let value = self.usable(expression, scope)?;
-            let value = self.plain(value, expression.span)?;
-            if value.is_unknown() {
-                unknown = true;
-                continue;
-            }
-            if !parameters::same_shape(&value, &parameter.value) {
-                let message = format!(
-                    "the parameter `{}` is {}, and is given {} of another shape",
-                    name.text,
-                    parameter.value.kind(),
-                    value.kind()
-                );
-                return Err(failure(Code::WrongKind, message).at(expression.span, "this value"));
-            }
-            let components = parameters::components(&value).at(expression.span, value.kind())?;
-            parameters::check_range(&name.text, &components, parameter.range)
-                .at(expression.span, "outside its range")?;
-            changes.extend(
-                components
-                    .into_iter()
-                    .enumerate()
-                    .map(|(place, value)| (parameter.first + place, value)),
-            );
-        }
-        match subject_value {
-            Value::Unknown => Ok(Value::Unknown),
-            _ if unknown => Ok(Value::Unknown),
-            Value::Field(field) => Ok(Value::Field(field.with(changes))),
-            other => Err(failure(
-                Code::WrongKind,
-                format!(
-                    "`with` changes the parameters of a field, but this is {}",
-                    other.kind()
-                ),
-            )
-            .at(subject.span, other.kind())),
-        }
-    }
-
     /// A property of a value; those of a vector field's vectors are fields.
     pub(super) fn property(&mut self, value: &Value, name: &Name) -> Outcome<Option<Value>> {
         match value {
+            Value::Module(module) => self.member(module, name).map(Some),
             Value::Field(field) if product::property(field.body(), &name.text).is_some() => {
                 let operands = std::slice::from_ref(value);
                 field::lift(&mut self.graph, operands, &mut |_, bodies| {

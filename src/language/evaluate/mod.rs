@@ -10,3 +10,4 @@ mod define;
 mod expression;
 mod sequence;
 mod statement;
+mod with;

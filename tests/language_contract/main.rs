@@ -1,0 +1,8 @@
+//! What the language promises, from the user's end: a module for each part of it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod modules;
+mod settings;
+mod testing;
