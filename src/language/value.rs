@@ -112,6 +112,15 @@ impl Value {
         }
     }
 
+    /// Whether it is a function, or contains one.
+    pub fn has_function(&self) -> bool {
+        match self {
+            Value::Function(_) => true,
+            Value::List(list) => list.has_function(),
+            _ => false,
+        }
+    }
+
     /// Whether it is unknown, or contains something unknown.
     pub fn is_unknown(&self) -> bool {
         match self {

@@ -46,11 +46,7 @@ fn fields_json(workspace: &mut Workspace) -> Result<Json, u8> {
         let mut object = Map::new();
         object.insert("name".into(), name.to_string().into());
         object.insert("dimension".into(), field.dimension().into());
-        let components = match field.body() {
-            Value::List(components) => components.len(),
-            _ => 1,
-        };
-        object.insert("components".into(), components.into());
+        object.insert("components".into(), field.components().into());
         if let Some(domain) = field.domain() {
             let sides: Vec<Json> = domain
                 .sides()

@@ -3,6 +3,8 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod calculus;
 mod modules;
+mod operators;
 mod settings;
 mod testing;

@@ -6,7 +6,7 @@ use crate::diagnostic::{Code, Span, suggest};
 use crate::language::builtin::{Arguments, Builtin};
 use crate::language::field::FieldValue;
 use crate::language::function::{
-    Argument, At, Closure, FunctionValue, match_arguments, parameter_names,
+    Argument, At, Closure, FunctionValue, Rule, match_arguments, parameter_names,
 };
 use crate::language::limits::exceeded;
 use crate::language::product;
@@ -172,9 +172,12 @@ impl Session {
         match function {
             FunctionValue::Closure(closure) => self.call_closure(closure, arguments, span),
             FunctionValue::Builtin(builtin) => self.call_builtin(builtin, arguments, span),
-            FunctionValue::Derivative { operator, function } => {
-                self.call_derivative(operator, function, arguments, span)
-            }
+            FunctionValue::Derivative {
+                operator,
+                function,
+                others,
+            } => self.call_derivative(operator, function, others, arguments, span),
+            FunctionValue::Pointwise(pointwise) => self.call_pointwise(pointwise, &arguments, span),
         }
     }
 
@@ -241,13 +244,19 @@ impl Session {
         Ok(())
     }
 
-    fn call_builtin(
+    pub(super) fn call_builtin(
         &mut self,
         builtin: &'static Builtin,
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
+        if builtin.lifts
+            && !unknown
+            && let Some(function) = self.pointwise(&Rule::Builtin(builtin), &arguments, span)?
+        {
+            return Ok(function);
+        }
         let arguments = Arguments::new(builtin, arguments, span)?;
         if builtin.acts {
             if self.graph.level > 0 {
@@ -277,6 +286,7 @@ impl Session {
         &mut self,
         operator: &'static Builtin,
         function: &Rc<FunctionValue>,
+        others: &[Argument],
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
@@ -304,8 +314,9 @@ impl Session {
             .at(span, "in this call"));
         }
         let field = self.function_as_field(function, dimension, as_point, span)?;
-        let argument = unnamed(Value::Field(field), span);
-        let derivative = self.call_builtin(operator, vec![argument], span)?;
+        let mut operands = vec![unnamed(Value::Field(field), span)];
+        operands.extend_from_slice(others);
+        let derivative = self.call_builtin(operator, operands, span)?;
         self.call_value(&derivative, arguments, span, span)
     }
 
@@ -335,7 +346,7 @@ impl Session {
     }
 }
 
-fn unnamed(value: Value, span: Span) -> Argument {
+pub(super) fn unnamed(value: Value, span: Span) -> Argument {
     Argument {
         name: None,
         value,
