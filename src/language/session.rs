@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Instant;
 
 use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
@@ -102,6 +103,12 @@ pub struct Session {
     pub(super) branch: Option<Branch>,
     pub(super) depth: u64,
     pub(super) steps: u64,
+    /// Expressions that have been evaluated, for looking at the clock now and then.
+    pub(super) ticks: u32,
+    /// When what is being run has to end.
+    pub(super) deadline: Option<Instant>,
+    /// Bytes that have been printed and written.
+    pub(super) output_bytes: u64,
     /// Numbers of nodes under the session's parameters, for scripts that ask for them.
     pub(super) plain_numbers: FxHashMap<NodeId, f64>,
     /// Fields that need actions, in [`Mode::Define`].
@@ -157,6 +164,9 @@ impl Session {
             branch: None,
             depth: 0,
             steps: 0,
+            ticks: 0,
+            deadline: None,
+            output_bytes: 0,
             plain_numbers: FxHashMap::default(),
             postponed: Vec::new(),
             unit: Rc::clone(&main),
@@ -203,6 +213,7 @@ impl Session {
     /// Names are checked first, so all misspelt ones are reported together; evaluation ends with
     /// its first error.
     pub fn run(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
+        self.start_clock();
         let result = self.run_statements(tree);
         self.warn_of_refused_machine_code();
         result
@@ -248,6 +259,7 @@ impl Session {
         if !errors.is_empty() {
             return Err(errors);
         }
+        self.start_clock();
         let globals = Rc::clone(&self.main.scope);
         let value = self
             .expression(expression, &globals)
@@ -281,6 +293,7 @@ impl Session {
                 span: expression.span,
             });
         }
+        self.start_clock();
         let function = FunctionValue::Builtin(builtin);
         let value = self.call_function(&function, arguments, Span::NOWHERE);
         self.warn_of_refused_machine_code();

@@ -39,6 +39,7 @@ impl Session {
     /// Runs a test of the file that has been run. It sees the file's definitions; what it assigns
     /// to a `var` of a file is taken back afterwards, so that no test sees another.
     pub fn run_test(&mut self, test: &Test) -> Result<(), Vec<Diagnostic>> {
+        self.start_clock();
         let units: Vec<Rc<Unit>> = self.modules.units_in_order();
         let units = units.into_iter().chain([Rc::clone(&self.main)]);
         let before: Vec<_> = units.map(|unit| (unit.scope.variables(), unit)).collect();

@@ -214,7 +214,8 @@ impl Workspace {
     }
 }
 
-fn limits(common: &Common) -> Limits {
+/// The limits, as the command line sets them.
+pub(super) fn limits(common: &Common) -> Limits {
     let mut limits = Limits::default();
     for limit in &common.limit {
         // The command line has been checked for the name.

@@ -4,6 +4,8 @@
 mod common;
 
 mod calculus;
+mod contract;
+mod limits;
 mod modules;
 mod operators;
 mod settings;

@@ -269,11 +269,19 @@ impl Session {
             if !self.acting {
                 return Ok(Value::Unknown);
             }
+            self.check_time(span)?;
         }
         if unknown {
             return Ok(Value::Unknown);
         }
-        let value = builtin.apply(self, &arguments).at(span, "in this call")?;
+        let value = builtin.apply(self, &arguments).or_else(|error| {
+            // Work that the clock has ended says only that it was cancelled.
+            if error.code == Code::Cancelled {
+                self.check_time(span)?;
+            }
+            Err(error)
+        });
+        let value = value.at(span, "in this call")?;
         if let Value::List(list) = &value {
             // Long lists take long to make: a step for every few elements.
             self.steps += list.leaves() / 16;

@@ -24,6 +24,9 @@ use crate::syntax::tree::{
 const STACK_RESERVE: usize = 256 * 1024;
 const STACK_GROWTH: usize = 8 * 1024 * 1024;
 
+/// After so many expressions the clock is looked at.
+const EXPRESSIONS_PER_LOOK: u32 = 1 << 12;
+
 /// How deep lists may be nested: what walks over a list may recurse.
 const DEEPEST_LIST: u32 = 64;
 
@@ -34,6 +37,10 @@ impl Session {
         expression: &Expression,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
+        self.ticks = self.ticks.wrapping_add(1);
+        if self.ticks.is_multiple_of(EXPRESSIONS_PER_LOOK) {
+            self.check_time(expression.span)?;
+        }
         let value = stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
             self.expression_kind(expression, scope)
         })?;
