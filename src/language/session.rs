@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
 
 use super::builtin;
+use super::evaluate::{World, WorldKey};
 use super::field::FieldValue;
 use super::function::{Argument, FunctionValue};
 use super::limits::Limits;
@@ -90,6 +91,8 @@ pub struct Session {
     pub(super) overriding: FxHashMap<Arc<str>, Value>,
     /// How many `with`s are running definitions again, one inside the other.
     pub(super) runs_again: u32,
+    /// What has been made under other settings.
+    pub(super) worlds: IndexMap<WorldKey, World>,
     /// The main file, if it is one.
     pub(super) main_file: Option<PathBuf>,
     /// Where imported files may lie.
@@ -156,6 +159,7 @@ impl Session {
             given_values: FxHashMap::default(),
             overriding: FxHashMap::default(),
             runs_again: 0,
+            worlds: IndexMap::new(),
             main_file: None,
             readable_directories: vec![main.directory.clone(), PathBuf::from(".")],
             modules: Modules::default(),

@@ -105,6 +105,14 @@ fn its_parameters_are_part_of_q() {
     ] {
         assert!(info.contains(line), "{line}\n{info}");
     }
+    // A module by another name is the same module.
+    let other = "{ let b = bracket; (part with {b.r = 5, bracket.n = 2})(0, 0, 0) }";
+    assert_eq!(value(other, &[]), "-12");
+    folder.fails(
+        &["eval", "main.imp", "part with {brackt.r = 5}"],
+        1,
+        &["E0201", "no module `brackt`"],
+    );
     folder.fails(
         &["eval", "main.imp", "part with {bracket.r = 50}"],
         1,

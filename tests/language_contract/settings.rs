@@ -79,6 +79,20 @@ fn actions_are_done_again_only_where_they_are_needed() {
 }
 
 #[test]
+fn definitions_are_made_once_for_the_same_settings() {
+    // Each `with` that had to make all before it would double the work: 2^60 steps.
+    let mut program = String::from("setting n = 1\nfield f0(x) = x + n\n");
+    for k in 1..60 {
+        program += &format!("let f{k} = f{} with {{n = {k}}}\n", k - 1);
+    }
+    // f1 is what f0 is for n = 1, whatever n is around it.
+    program += "print(f59(0))\n";
+    // Every call of g under another setting makes its own.
+    program += "fn g(k) = if k < 1 then n else g(k - 1) with {n = n + 1}\nprint(g(20))\n";
+    assert_eq!(script(&program).well().stdout, "1\n21\n");
+}
+
+#[test]
 fn settings_are_set_from_outside() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("{GEAR}print(teeth, style, gear(0, 0))");
