@@ -108,6 +108,8 @@ pub struct Session {
     pub(super) steps: u64,
     /// Expressions that have been evaluated, for looking at the clock now and then.
     pub(super) ticks: u32,
+    /// When the session was made.
+    pub(super) begun: Instant,
     /// When what is being run has to end.
     pub(super) deadline: Option<Instant>,
     /// Bytes that have been printed and written.
@@ -169,6 +171,7 @@ impl Session {
             depth: 0,
             steps: 0,
             ticks: 0,
+            begun: Instant::now(),
             deadline: None,
             output_bytes: 0,
             plain_numbers: FxHashMap::default(),

@@ -137,6 +137,22 @@ fn a_function_of_a_module_changes_its_own_settings() {
 }
 
 #[test]
+fn a_module_finds_files_beside_it() {
+    let folder = Folder::new(&[
+        (
+            "main.imp",
+            "import \"parts/m.imp\" as m\nprint(m.now(0.5, 0), m.later()(0.5, 0))\n",
+        ),
+        (
+            "parts/m.imp",
+            "let now = load(\"x.vm\")\nfn later() = load(\"x.vm\")\n",
+        ),
+        ("parts/x.vm", "a var-x\nb const 2\nc mul a b\n"),
+    ]);
+    assert_eq!(folder.imp(&["run", "main.imp"]).well().stdout, "1 1\n");
+}
+
+#[test]
 fn missing_names_and_files_are_told_with_the_way_to_them() {
     let folder = parts();
     folder.fails(

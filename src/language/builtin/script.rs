@@ -43,7 +43,7 @@ pub(super) const TABLE: &[Builtin] = &[
     pure(
         "load",
         &["path"],
-        "The field that a file holds; a relative path starts at the script's folder. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
+        "The field that a file holds; a relative path starts at the folder of the script or module. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
         load,
     ),
     action(
@@ -54,6 +54,12 @@ pub(super) const TABLE: &[Builtin] = &[
             let text = documentation(&arguments.value("of"));
             print(session, arguments, &text)
         },
+    ),
+    action(
+        "time",
+        &[],
+        "Seconds since the program began: the difference of two is what lies between them. The only value that differs from run to run.",
+        |session, _| Ok(Value::Number(session.begun.elapsed().as_secs_f64())),
     ),
     pure(
         "json",
