@@ -1,7 +1,7 @@
 //! Scopes: what a name is bound to.
 
-use std::cell::{Cell, RefCell};
-use std::rc::{Rc, Weak};
+use std::cell::{Cell, OnceCell, RefCell};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
@@ -23,7 +23,7 @@ pub struct Scope {
     /// than a branch that assigns it.
     age: u64,
     /// The file whose own names are bound here.
-    unit: RefCell<Weak<Unit>>,
+    unit: OnceCell<Rc<Unit>>,
 }
 
 /// What a name stands for.
@@ -34,7 +34,7 @@ pub enum Binding {
     /// A `var`, which may be assigned.
     Variable(Value),
     /// A definition of that file that needs actions, and is run when it is first asked for.
-    Lazy(Rc<Statement>, Weak<Unit>),
+    Lazy(Rc<Statement>, Rc<Unit>),
 }
 
 impl Default for Scope {
@@ -43,7 +43,7 @@ impl Default for Scope {
             bindings: RefCell::default(),
             parent: None,
             age: Scope::now(),
-            unit: RefCell::default(),
+            unit: OnceCell::new(),
         }
     }
 }
@@ -114,15 +114,16 @@ impl Scope {
 
     /// Makes this the scope of a file's own names.
     pub(super) fn belongs_to(&self, unit: &Rc<Unit>) {
-        self.unit.replace(Rc::downgrade(unit));
+        // A scope is made for one file, so it is set once.
+        let _ = self.unit.set(Rc::clone(unit));
     }
 
     /// The file in which this scope lies; none in the program's own.
     pub(super) fn unit(&self) -> Option<Rc<Unit>> {
         let mut scope = self;
         loop {
-            if let Some(unit) = scope.unit.borrow().upgrade() {
-                return Some(unit);
+            if let Some(unit) = scope.unit.get() {
+                return Some(Rc::clone(unit));
             }
             scope = scope.parent.as_ref()?;
         }

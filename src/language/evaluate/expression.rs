@@ -117,9 +117,6 @@ impl Session {
             Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
             Some(Binding::Lazy(..)) if !self.acting => Ok(Value::Unknown),
             Some(Binding::Lazy(statement, unit)) => {
-                let Some(unit) = unit.upgrade() else {
-                    return Ok(Value::Unknown);
-                };
                 // It is run as if it were its turn in its file, whoever asks for it.
                 let outer = std::mem::replace(&mut self.unit, Rc::clone(&unit));
                 let level = std::mem::take(&mut self.graph.level);
