@@ -108,6 +108,8 @@ pub struct Session {
     pub(super) steps: u64,
     /// Expressions that have been evaluated, for looking at the clock now and then.
     pub(super) ticks: u32,
+    /// The last comparison of plain values that did not hold, for assertions to tell.
+    pub(super) failed_comparison: Option<(Span, Value, Value)>,
     /// When the session was made.
     pub(super) begun: Instant,
     /// When what is being run has to end.
@@ -171,6 +173,7 @@ impl Session {
             depth: 0,
             steps: 0,
             ticks: 0,
+            failed_comparison: None,
             begun: Instant::now(),
             deadline: None,
             output_bytes: 0,

@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::{Code, Diagnostic, Span, shorten};
 use crate::file::{self, FileError};
 use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
 use crate::language::session::Session;
+use crate::language::settings::quoted;
 use crate::language::show::show;
 use crate::language::tracer::first_axis;
 use crate::language::value::{Outcome, Value, failure};
@@ -89,7 +90,9 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".into(),
             };
-            Err(failure(Code::AssertionFailed, message).at(place, "this does not hold"))
+            let mut error = failure(Code::AssertionFailed, message).at(place, "this does not hold");
+            error.help = failed_comparison(session, place);
+            Err(error)
         }
         other => {
             let mut error = arguments.expected("a condition", "condition", &other);
@@ -97,6 +100,17 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             Err(error)
         }
     }
+}
+
+/// What was compared last in an assertion's condition, if that is why it does not hold.
+fn failed_comparison(session: &Session, place: Span) -> Option<String> {
+    let (span, left, right) = session.failed_comparison.as_ref()?;
+    let within = span.source == place.source && place.to(*span) == place;
+    let [left, right] = [left, right].map(quoted);
+    within.then(|| {
+        let (left, right) = (shorten(&left), shorten(&right));
+        format!("the left side is {left}, the right side is {right}")
+    })
 }
 
 fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {

@@ -337,10 +337,18 @@ impl Session {
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
             let spans = [span, operand.span];
+            let compared = left.clone();
             let [right, holds] = match [&left, &right].iter().any(|one| one.has_function()) {
                 true => self.compare_functions(*operator, [left, right], spans, span)?,
                 false => self.apply_comparison(*operator, [left, right], spans, span)?,
             };
+            match holds {
+                Value::Bool(false) => {
+                    self.failed_comparison = Some((span, compared, right.clone()));
+                }
+                // An older failure at this place is no longer true.
+                _ => self.failed_comparison = None,
+            }
             all = Some(match all {
                 None => holds,
                 Some(before) => self.both(before, holds, span)?,
