@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json};
 
 use super::arguments::{Common, Mesh, Sample, Subject};
 use super::output;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, limits};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
@@ -141,15 +141,16 @@ fn output_path(path: &Path, common: &Common) -> PathBuf {
 
 /// Writes the result and gives the path.
 fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
+    let limit = limits(common).bytes;
     if let Some(directory) = &common.out {
         file::create_folder(directory).map_err(|error| file_failure(&error))?;
     }
     let path = output_path(path, common);
     let result = match value {
-        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
-        Value::Curves(set) => file::write_curves(&path, &set.curves),
-        Value::Samples(set) => file::write_samples(&path, &set.samples),
-        Value::Image(set) => file::write_image(&path, &set.picture.image),
+        Value::Mesh(set) => file::write_mesh(&path, &set.mesh, limit),
+        Value::Curves(set) => file::write_curves(&path, &set.curves, limit),
+        Value::Samples(set) => file::write_samples(&path, &set.samples, limit),
+        Value::Image(set) => file::write_image(&path, &set.picture.image, limit),
         _ => return Err(roots_to_file()),
     };
     result.map_err(|error| file_failure(&error))?;

@@ -3,9 +3,10 @@
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
-use imp::diagnostic::Diagnostic;
+use imp::diagnostic::{Code, Diagnostic, SourceId};
 use imp::engine::Monitor;
 use imp::language::Host;
 
@@ -28,6 +29,11 @@ impl Host for Listener {
     }
 
     fn wrote(&mut self, _path: &Path) {}
+
+    fn read_source(&mut self, path: &Path) -> Result<(SourceId, Arc<str>), Diagnostic> {
+        let message = format!("`{}` is not read here", path.display());
+        Err(Diagnostic::error(Code::CannotRead, message))
+    }
 
     fn monitor(&self) -> &dyn Monitor {
         &self.deadline
