@@ -5,10 +5,13 @@ use std::sync::Arc;
 
 use super::builtin::Builtin;
 use super::scope::Scope;
+use super::show::show_number;
 use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
-use crate::syntax::tree::{Function, Pattern};
+use crate::syntax::tree::{
+    Expression, ExpressionKind, Function, Pattern, TextPart, UnaryOperator,
+};
 
 /// Something that can be called.
 #[derive(Clone, Debug)]
@@ -44,6 +47,45 @@ impl Closure {
     /// The name for messages.
     pub fn shown_name(&self) -> &str {
         self.name.as_deref().unwrap_or("this function")
+    }
+
+    /// How the function is called: `name(parameters)`.
+    pub fn signature(&self) -> String {
+        let parameters = self.function.parameters.iter().map(|parameter| {
+            let name = match &parameter.pattern {
+                Pattern::Name(name) => &*name.text,
+                Pattern::List(..) => "[…]",
+            };
+            match &parameter.default {
+                _ if parameter.rest => format!("{name}.."),
+                None => name.to_string(),
+                Some(default) => format!("{name} = {}", short(default)),
+            }
+        });
+        let parameters: Vec<String> = parameters.collect();
+        format!("{}({})", self.shown_name(), parameters.join(", "))
+    }
+}
+
+/// A default as text, if it is made of literals and names only; else `…`.
+fn short(expression: &Expression) -> String {
+    match &*expression.kind {
+        ExpressionKind::Number(number) => show_number(*number, None),
+        ExpressionKind::Bool(value) => value.to_string(),
+        ExpressionKind::Name(name) => name.text.to_string(),
+        ExpressionKind::Text(parts) => match parts.as_slice() {
+            [TextPart::Literal(text)] => format!("\"{text}\""),
+            _ => "…".into(),
+        },
+        ExpressionKind::Unary {
+            operator: UnaryOperator::Negate,
+            operand,
+        } => format!("-{}", short(operand)),
+        ExpressionKind::List(elements) => {
+            let elements: Vec<String> = elements.iter().map(short).collect();
+            format!("[{}]", elements.join(", "))
+        }
+        _ => "…".into(),
     }
 }
 
@@ -139,14 +181,15 @@ fn unknown_argument(
     error
 }
 
-/// The names of a function's parameters, for [`match_arguments`]; patterns have none.
+/// The names of a function's parameters, for [`match_arguments`]; patterns have none, and
+/// neither has `name..`.
 pub fn parameter_names(function: &Function) -> Vec<Option<&str>> {
     function
         .parameters
         .iter()
         .map(|parameter| match &parameter.pattern {
-            Pattern::Name(name) => Some(&*name.text),
-            Pattern::List(..) => None,
+            Pattern::Name(name) if !parameter.rest => Some(&*name.text),
+            _ => None,
         })
         .collect()
 }

@@ -11,6 +11,7 @@ pub mod evaluate;
 pub mod field;
 pub mod function;
 pub mod json;
+pub mod library;
 pub mod limits;
 pub mod list;
 pub mod parameters;

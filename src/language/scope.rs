@@ -1,12 +1,13 @@
 //! Scopes: what a name is bound to.
 
 use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::value::Value;
+use crate::library::Entry;
 use crate::syntax::tree::Statement;
 
 thread_local! {
@@ -32,6 +33,8 @@ pub enum Binding {
     Variable(Value),
     /// A definition of the file that needs actions, and is run when it is first asked for.
     Lazy(Rc<Statement>),
+    /// A definition of the library, and the scope to evaluate it in when it is first asked for.
+    Library(&'static Entry, Weak<Scope>),
 }
 
 impl Default for Scope {
@@ -74,6 +77,18 @@ impl Scope {
             }
             scope = scope.parent.as_ref()?;
         }
+    }
+
+    /// Whether the name is bound in this very scope.
+    pub fn binds(&self, name: &str) -> bool {
+        self.bindings.borrow().contains_key(name)
+    }
+
+    /// The names that are bound in this very scope, sorted.
+    pub fn own_names(&self) -> Vec<Arc<str>> {
+        let mut names: Vec<Arc<str>> = self.bindings.borrow().keys().cloned().collect();
+        names.sort();
+        names
     }
 
     /// Changes a `var` in place: `change` gets its present value and the age of its scope.

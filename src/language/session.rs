@@ -10,6 +10,7 @@ use rustc_hash::FxHashMap;
 use super::builtin;
 use super::field::FieldValue;
 use super::function::{Argument, FunctionValue};
+use super::library;
 use super::limits::Limits;
 use super::parameters::Parameters;
 use super::resolve;
@@ -134,7 +135,7 @@ impl Session {
             steps: 0,
             plain_numbers: FxHashMap::default(),
             postponed: Vec::new(),
-            globals: Scope::inside(&prelude),
+            globals: Scope::inside(&library::scope(&prelude)),
             fields: IndexMap::new(),
             has_warned_of_refusal: false,
         }

@@ -33,6 +33,7 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) | Value::Image(_) => {
             show_product(value, precision)
         }
+        Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()
         }

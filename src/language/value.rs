@@ -8,6 +8,7 @@ use std::rc::Rc;
 
 use super::field::FieldValue;
 use super::function::FunctionValue;
+use super::library::Module;
 use super::list::List;
 use super::product::{CurveSet, ImageSet, MeshSet, SampleSet};
 use crate::diagnostic::{Code, Diagnostic};
@@ -45,6 +46,8 @@ pub enum Value {
     Curves(Rc<CurveSet>),
     /// A picture.
     Image(Rc<ImageSet>),
+    /// Definitions that are reached as `name.member`.
+    Module(Rc<Module>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
     Nothing,
     /// What a script's action would have made, where definitions are checked without running
@@ -94,6 +97,7 @@ impl Value {
             Value::Mesh(_) => "a mesh",
             Value::Curves(_) => "a curve set",
             Value::Image(_) => "an image",
+            Value::Module(_) => "a module",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
         }

@@ -7,7 +7,7 @@ use super::{Arguments, Builtin, find, pure};
 use crate::diagnostic::Code;
 use crate::graph::{Node, NodeId, Op, derive};
 use crate::language::arithmetic::{apply, node_of, value_of_node};
-use crate::language::field::{derivatives, differentiate, lift, rebuild};
+use crate::language::field::{FieldValue, derivatives, differentiate, lift, rebuild};
 use crate::language::function::{At, FunctionValue};
 use crate::language::session::Session;
 use crate::language::tracer::Tracer;
@@ -72,6 +72,31 @@ pub(super) const TABLE: &[Builtin] = &[
         },
     ),
     pure(
+        "dimension",
+        &["f"],
+        "The number of coordinates of a field.",
+        |_, arguments| match arguments.value("f") {
+            Value::Field(field) => Ok(Value::Number(field.dimension() as f64)),
+            other => Err(arguments.expected("a field", "f", &other)),
+        },
+    ),
+    pure(
+        "parameter_count",
+        &["f"],
+        "How many arguments a function or field takes: a field takes its coordinates.",
+        |_, arguments| match arguments.value("f") {
+            Value::Field(field) => Ok(Value::Number(field.dimension() as f64)),
+            Value::Function(function) => Ok(Value::Number(function.parameter_count() as f64)),
+            other => Err(arguments.expected("a function or a field", "f", &other)),
+        },
+    ),
+    pure(
+        "as_field",
+        &["f", "dimension = 3"],
+        "The field of a function of a point, or of as many coordinates as there are dimensions; a number is the field that has this value everywhere. A field stays as it is.",
+        as_field,
+    ),
+    pure(
         "diff",
         &["f", "variable"],
         "The derivative of a field, or of an expression inside one, by a parameter or coordinate; by a list of them, the list of derivatives: entries of F_q.",
@@ -98,6 +123,40 @@ fn operator(
         },
         other => Err(arguments.expected("a field or a function", "f", &other)),
     }
+}
+
+fn as_field(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let given = arguments.count(session, "dimension")?;
+    let asked = given.unwrap_or(3) as usize;
+    if !(1..=3).contains(&asked) {
+        let message = format!("fields live in 1, 2 or 3 dimensions, not in {asked}");
+        return Err(arguments.bad("dimension", message));
+    }
+    let place = arguments.place("f");
+    let field = match arguments.value("f") {
+        Value::Field(field) => field,
+        Value::Function(function) => {
+            let parameters = function.parameter_count();
+            let dimension = match (given, parameters) {
+                (None, 2 | 3) => parameters,
+                _ => asked,
+            };
+            let as_point = parameters == 1 && dimension > 1;
+            session.function_as_field(&function, dimension, as_point, place)?
+        }
+        number @ (Value::Number(_) | Value::Symbol(_)) => {
+            FieldValue::new(asked, session.graph.level, number, None)?
+        }
+        other => return Err(arguments.expected("a field or a function", "f", &other)),
+    };
+    if given.is_some() && field.dimension() != asked {
+        let message = format!(
+            "expected a field in R{asked}, but this one is in R{}",
+            field.dimension()
+        );
+        return Err(failure(Code::WrongDimension, message).at(place, "this field"));
+    }
+    Ok(Value::Field(field))
 }
 
 fn hessian(graph: &mut Tracer, body: &Value, coordinates: &[NodeId]) -> Outcome<Value> {

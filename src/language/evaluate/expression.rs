@@ -2,11 +2,12 @@
 
 use std::rc::Rc;
 
-use crate::diagnostic::{Code, Span, suggest};
+use crate::diagnostic::{Code, Diagnostic, Span, suggest};
 use crate::graph::Op;
 use crate::language::arithmetic::{self, not_a_condition};
 use crate::language::field;
 use crate::language::function::{At, Closure, FunctionValue};
+use crate::language::library::Module;
 use crate::language::limits::exceeded;
 use crate::language::list::List;
 use crate::language::parameters;
@@ -108,6 +109,10 @@ impl Session {
     pub(crate) fn lookup(&mut self, name: &Name, scope: &Rc<Scope>) -> Outcome<Value> {
         match scope.find(&name.text) {
             Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
+            Some(Binding::Library(entry, scope)) => match scope.upgrade() {
+                Some(scope) => self.library_value(entry, &scope).at(name.span, "here"),
+                None => Ok(Value::Unknown),
+            },
             Some(Binding::Lazy(_)) if !self.acting => Ok(Value::Unknown),
             Some(Binding::Lazy(statement)) => {
                 // It is run as if it were its turn in the file, whoever asks for it.
@@ -348,6 +353,10 @@ impl Session {
                 })
                 .map(Some)
             }
+            Value::Module(module) if module.scope.binds(&name.text) => {
+                self.lookup(name, &module.scope).map(Some)
+            }
+            Value::Module(module) => Err(no_member(module, name)),
             other => Ok(product::property(other, &name.text)),
         }
     }
@@ -413,6 +422,19 @@ impl Session {
             _ => Ok(()),
         }
     }
+}
+
+/// The error for a name that a module does not define.
+fn no_member(module: &Module, name: &Name) -> Box<Diagnostic> {
+    let message = format!("the module `{}` has no `{}`", module.name, name.text);
+    let mut error = failure(Code::UnknownName, message).at(name.span, "unknown");
+    let names = module.scope.own_names();
+    let nearest = suggest::nearest(&name.text, names.iter().map(|name| &**name));
+    error.help = Some(match nearest {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("it has {}", names.join(", ")),
+    });
+    error
 }
 
 /// An intersection lies in either operand and a difference in its first, so one box is enough to
