@@ -47,6 +47,7 @@ codes! {
     E0208 UnknownParameter "no parameter of that name",
     E0209 WhichField "no field, or several, to choose from",
     E0210 NotAtTop "definition that belongs to the top of the file",
+    E0211 ImportCircle "files that import each other in a circle",
     E0301 WrongKind "value of the wrong kind",
     E0302 LengthsDiffer "lists of different lengths",
     E0303 IndexOutOfRange "index out of range",
@@ -69,6 +70,9 @@ codes! {
     E0603 LengthLimit "list too long",
     E0604 StepLimit "too many steps",
     E0605 CellLimit "too many cells",
+    E0606 ParticleLimit "too many particles",
+    E0607 TimeLimit "too much time",
+    E0608 OutputLimit "too much output",
     E0701 CannotRead "file that cannot be read",
     E0702 NotText "file that is not UTF-8 text",
     E0703 CannotWrite "file that cannot be written",
@@ -76,6 +80,7 @@ codes! {
     E0705 UnknownFormat "unknown file format",
     E0706 WrongFormat "format that cannot hold this value",
     E0707 BadContent "file whose content is not understood",
+    E0708 OutsideInput "import from outside the allowed folders",
     W0801 NanRegion "field is not a number in part of the box",
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
@@ -94,6 +99,7 @@ impl Code {
             | Code::NotText
             | Code::CannotWrite
             | Code::OutsideOutput
+            | Code::OutsideInput
             | Code::UnknownFormat
             | Code::WrongFormat
             | Code::BadContent => 3,

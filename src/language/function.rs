@@ -10,7 +10,8 @@ use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::syntax::tree::{
-    Expression, ExpressionKind, Function, Pattern, TextPart, UnaryOperator,
+    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Function, Name, Pattern, TextPart,
+    UnaryOperator,
 };
 
 /// Something that can be called.
@@ -27,7 +28,37 @@ pub enum FunctionValue {
         operator: &'static Builtin,
         /// What is differentiated.
         function: Rc<FunctionValue>,
+        /// The operator's other arguments.
+        others: Rc<[Argument]>,
     },
+    /// An operation on the values of functions.
+    Pointwise(Rc<Pointwise>),
+}
+
+/// An operation on the values that functions have at the same arguments: `f | g`.
+#[derive(Debug)]
+pub struct Pointwise {
+    /// What is done with the values.
+    pub rule: Rule,
+    /// Functions, and what is not a function and stays as it is.
+    pub operands: Vec<Argument>,
+}
+
+/// What a [`Pointwise`] function does with its operands.
+#[derive(Clone, Debug)]
+pub enum Rule {
+    /// `-f`, `!f`, `not f`
+    Unary(UnaryOperator),
+    /// `f + g` and the like.
+    Binary(BinaryOperator),
+    /// `f < g` and the like.
+    Comparison(ComparisonOperator),
+    /// `norm(f)`
+    Builtin(&'static Builtin),
+    /// `f.x`
+    Property(Name),
+    /// `f[0]`
+    Element(i64),
 }
 
 /// A function of a file.
@@ -96,17 +127,35 @@ impl FunctionValue {
             FunctionValue::Closure(closure) => closure.shown_name(),
             FunctionValue::Builtin(builtin) => builtin.name,
             FunctionValue::Derivative { operator, .. } => operator.name,
+            FunctionValue::Pointwise(_) => "this function",
         }
     }
 }
 
 impl FunctionValue {
-    /// How many arguments it can take without names.
+    /// How many arguments it needs; where it needs none, how many it can take.
     pub fn parameter_count(&self) -> usize {
         match self {
-            FunctionValue::Closure(closure) => closure.function.parameters.len(),
+            FunctionValue::Closure(closure) => {
+                let parameters = &closure.function.parameters;
+                let needed = parameters
+                    .iter()
+                    .filter(|one| one.default.is_none() && !one.rest);
+                match needed.count() {
+                    0 => parameters.len(),
+                    count => count,
+                }
+            }
             FunctionValue::Builtin(builtin) => builtin.parameters.len(),
             FunctionValue::Derivative { function, .. } => function.parameter_count(),
+            FunctionValue::Pointwise(pointwise) => {
+                let operands = pointwise.operands.iter();
+                let counts = operands.map(|operand| match &operand.value {
+                    Value::Function(function) => function.parameter_count(),
+                    _ => 0,
+                });
+                counts.max().unwrap_or(0)
+            }
         }
     }
 }

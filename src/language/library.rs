@@ -3,23 +3,13 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::module::Module;
 use super::scope::{Binding, Scope};
 use super::session::Session;
 use super::value::{Outcome, Value};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::library::{self, Entry, Namespace};
 use crate::syntax::parse;
-
-/// Names that are reached as `name.member`.
-#[derive(Debug)]
-pub struct Module {
-    /// The name before the dot.
-    pub name: Arc<str>,
-    /// Its members.
-    pub scope: Rc<Scope>,
-    /// What it is about.
-    pub documentation: Option<Arc<str>>,
-}
 
 /// A scope with all names of the library inside `prelude`. Nothing is evaluated.
 pub(super) fn scope(prelude: &Rc<Scope>) -> Rc<Scope> {

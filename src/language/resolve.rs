@@ -44,9 +44,12 @@ pub fn pattern_names(pattern: &Pattern) -> Vec<&Name> {
     }
 }
 
-fn defined_names(statement: &Statement) -> Vec<&Name> {
+/// The names that a statement of a file binds.
+pub(super) fn defined_names(statement: &Statement) -> Vec<&Name> {
     match &statement.kind {
         StatementKind::Parameter { name, .. }
+        | StatementKind::Setting { name, .. }
+        | StatementKind::Import { name, .. }
         | StatementKind::Variable { name, .. }
         | StatementKind::Function { name, .. }
         | StatementKind::Field { name, .. } => vec![name],
@@ -157,19 +160,27 @@ impl<'a> Resolver<'a> {
     fn statement(&mut self, statement: &Statement) {
         match &statement.kind {
             StatementKind::Parameter { name, value, range } => {
-                if self.scopes.len() > 1 {
-                    self.errors.push(
-                        Diagnostic::error(
-                            Code::NotAtTop,
-                            format!("the parameter `{}` is defined inside a block", name.text),
-                        )
-                        .label(name.span, "not at the top of the file")
-                        .help("parameters belong to the whole file: move the definition out"),
-                    );
-                }
+                self.only_at_top("parameters", name.span);
                 self.expression(value);
                 range.iter().for_each(|range| self.expression(range));
                 self.bind(name, false);
+            }
+            StatementKind::Setting { name, value, range } => {
+                self.only_at_top("settings", name.span);
+                self.expression(value);
+                range.iter().for_each(|range| self.expression(range));
+                self.bind(name, false);
+            }
+            StatementKind::Import { name, .. } => {
+                self.only_at_top("imports", name.span);
+                self.bind(name, false);
+            }
+            StatementKind::Test { name, body } => {
+                self.only_at_top("tests", name.span);
+                // It is run after the whole file.
+                self.functions += 1;
+                self.block(body);
+                self.functions -= 1;
             }
             StatementKind::Let { pattern, value } => {
                 self.expression(value);
@@ -222,6 +233,17 @@ impl<'a> Resolver<'a> {
             }
             StatementKind::Expression(expression) => self.expression(expression),
             StatementKind::Error => {}
+        }
+    }
+
+    /// Some definitions belong to the whole file, so they may not stand inside a block.
+    fn only_at_top(&mut self, what: &str, span: Span) {
+        if self.scopes.len() > 1 {
+            self.errors.push(
+                Diagnostic::error(Code::NotAtTop, format!("{what} inside a block"))
+                    .label(span, "not at the top of the file")
+                    .help(format!("{what} belong to the whole file: move this out")),
+            );
         }
     }
 

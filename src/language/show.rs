@@ -62,16 +62,23 @@ fn show_function(function: &FunctionValue) -> String {
             Some(name) => format!("the function {name}"),
             None => "a function".into(),
         },
-        FunctionValue::Derivative { operator, function } => {
+        FunctionValue::Derivative {
+            operator, function, ..
+        } => {
             format!("{}({})", operator.name, show_function(function))
         }
+        FunctionValue::Pointwise(_) => "a function".into(),
     }
 }
 
 fn show_field(field: &FieldValue) -> String {
+    let components = match field.components() {
+        1 => String::new(),
+        components => format!(", {components} components"),
+    };
     match field.name() {
-        Some(name) => format!("the field {name} in R{}", field.dimension()),
-        None => format!("a field in R{}", field.dimension()),
+        Some(name) => format!("the field {name} in R{}{components}", field.dimension()),
+        None => format!("a field in R{}{components}", field.dimension()),
     }
 }
 

@@ -8,8 +8,8 @@ use std::rc::Rc;
 
 use super::field::FieldValue;
 use super::function::FunctionValue;
-use super::library::Module;
 use super::list::List;
+use super::module::Module;
 use super::product::{CurveSet, ImageSet, MeshSet, SampleSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
@@ -108,6 +108,15 @@ impl Value {
         match self {
             Value::Symbol(_) | Value::Condition(_) => true,
             Value::List(list) => list.is_symbolic(),
+            _ => false,
+        }
+    }
+
+    /// Whether it is a function, or contains one.
+    pub fn has_function(&self) -> bool {
+        match self {
+            Value::Function(_) => true,
+            Value::List(list) => list.has_function(),
             _ => false,
         }
     }

@@ -15,7 +15,7 @@ use crate::language::Limits;
     name = "imp",
     version,
     about = "Imp: a small language for implicit geometry",
-    after_help = "Examples:\n  imp run examples/blobs.imp --out build\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\"\n  imp mesh examples/heart.imp -o heart.stl --cell 0.02\n\n`imp FILE` is short for `imp run FILE`; `-` is standard input.\nExit codes: 0 well, 1 the script is wrong or an assertion failed, 2 usage, 3 input or output, 4 no surface."
+    after_help = "Examples:\n  imp run examples/blobs.imp --out build\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\"\n  imp mesh examples/heart.imp -o heart.stl --cell 0.02\n\n`imp FILE` is short for `imp run FILE`; `-` is standard input.\nExit codes: 0 well, 1 the script is wrong or an assertion or test failed, 2 usage, 3 input or output, 4 no surface."
 )]
 pub(super) struct Arguments {
     #[command(subcommand)]
@@ -30,6 +30,11 @@ pub(super) enum Command {
     /// Checks files without running their statements
     #[command(after_help = "Example:\n  imp check examples/blobs.imp examples/torus.imp")]
     Check(Check),
+    /// Runs the `test` blocks of files
+    #[command(
+        after_help = "Examples:\n  imp test examples/*.imp\n  imp test parts.imp --filter thread --json\n\nOf the rest of a file only what its tests need is run; what it prints and writes is left out."
+    )]
+    Test(Test),
     /// Prints the values of expressions
     #[command(
         after_help = "Examples:\n  imp eval \"2^10\"\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\" --json\n\nAn expression that begins with a dash goes behind `--`:\n  imp eval -- \"-pi/2\""
@@ -50,7 +55,7 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp render examples/csg.imp part -o part.png --occlusion\n  imp render examples/torus.imp -o torus.png --view 30,20 --perspective 35 --size 800x600\n  imp render examples/cassini.imp -o ovals.png --size 1024\n  imp render scene.imp \"a & !b\" -o cut.png --bounds \"[-1..1, -1..1, 0..2]\" --view top --transparent\n\nThe box, from the field's `over` or from `--bounds`, cuts solids: cuts are shown flat and orange.\nGrey is where the field is not a number, or jumps below 0 without a zero."
     )]
     Render(Render),
-    /// Lists a file's fields and parameters
+    /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
     /// Prints the intermediate forms of a field
@@ -61,7 +66,7 @@ pub(super) enum Command {
 /// What every command understands that reads a file.
 #[derive(Args, Debug, Clone)]
 pub(super) struct Common {
-    /// Gives a parameter another value; may be repeated
+    /// Gives a parameter or setting another value; may be repeated
     #[arg(long, value_name = "NAME=EXPR", value_parser = setting)]
     pub(super) set: Vec<Setting>,
     /// Prints exactly one JSON object on standard output
@@ -76,7 +81,7 @@ pub(super) struct Common {
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
-    /// Raises or lowers a limit (recursion, nodes, elements, steps, cells, particles); may be repeated
+    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes); may be repeated
     #[arg(long, value_name = "NAME=N", value_parser = limit)]
     pub(super) limit: Vec<Limit>,
     /// Whether messages are coloured
@@ -85,6 +90,9 @@ pub(super) struct Common {
     /// Where files go, made when the first one is written [default: the present directory]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    /// Another directory from which files may be imported; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(super) allow_read: Vec<PathBuf>,
     /// Another directory in which the script may write; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(super) allow_write: Vec<PathBuf>,
@@ -124,6 +132,18 @@ pub(super) struct Check {
     /// The files; `-` is standard input
     #[arg(required = true)]
     pub(super) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Test {
+    /// The files; `-` is standard input
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// Runs only tests whose names contain this
+    #[arg(long, value_name = "TEXT")]
+    pub(super) filter: Option<String>,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -279,6 +299,7 @@ impl Command {
         match self {
             Command::Run(command) => &command.common,
             Command::Check(command) => &command.common,
+            Command::Test(command) => &command.common,
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,

@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json};
 
 use super::arguments::{Common, Mesh, Sample, Subject};
 use super::output;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, limits};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
@@ -120,6 +120,7 @@ fn roots_to_file() -> Box<Diagnostic> {
 
 /// Writes the result and gives the path: below the output directory, if one was named.
 fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
+    let limit = limits(common).bytes;
     let path = match &common.out {
         Some(directory) => {
             file::create_folder(directory).map_err(|error| file_failure(&error))?;
@@ -128,10 +129,10 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
         None => path.to_owned(),
     };
     let result = match value {
-        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
-        Value::Curves(set) => file::write_curves(&path, &set.curves),
-        Value::Samples(set) => file::write_samples(&path, &set.samples),
-        Value::Image(set) => file::write_image(&path, &set.picture.image),
+        Value::Mesh(set) => file::write_mesh(&path, &set.mesh, limit),
+        Value::Curves(set) => file::write_curves(&path, &set.curves, limit),
+        Value::Samples(set) => file::write_samples(&path, &set.samples, limit),
+        Value::Image(set) => file::write_image(&path, &set.picture.image, limit),
         _ => return Err(roots_to_file()),
     };
     result.map_err(|error| file_failure(&error))?;

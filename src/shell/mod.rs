@@ -15,6 +15,7 @@ mod output;
 mod progress;
 mod render;
 mod run;
+mod test;
 mod workspace;
 
 use std::ffi::{OsStr, OsString};
@@ -50,6 +51,7 @@ fn perform(command: &Command) -> Result<(), u8> {
     match command {
         Command::Run(command) => run::run(command),
         Command::Check(command) => check::check(command),
+        Command::Test(command) => test::test(command),
         Command::Eval(command) => eval::eval(command),
         Command::Mesh(command) => make::mesh(command),
         Command::Sample(command) => make::sample(command),

@@ -128,7 +128,8 @@ pub(super) fn error_json(error: &Diagnostic, sources: &Sources) {
     data(&Json::Object(object).to_string());
 }
 
-fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
+/// An error as JSON: code, message, place and help.
+pub(super) fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
     let mut object = Map::new();
     object.insert("code".into(), error.code.as_str().into());
     object.insert("message".into(), error.message.clone().into());

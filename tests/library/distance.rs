@@ -30,7 +30,7 @@ fn number(value: &serde_json::Value) -> f64 {
 /// The values and gradients of a shape at test points.
 pub(crate) fn probe(shape: &str) -> Result<Vec<Probe>, String> {
     let mut points = [2, 3].map(|dimension| {
-        let random = points::random(dimension, 400);
+        let random = points::random(dimension, 250);
         let special = points::special(dimension);
         let ways = points::ways(dimension).concat();
         (random.len(), [random, special, ways].concat())

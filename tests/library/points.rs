@@ -32,8 +32,8 @@ pub(crate) fn special(dimension: usize) -> Vec<Vec<f64>> {
 
 /// Points along straight ways through the cube, in small steps, so that jumps show.
 pub(crate) fn ways(dimension: usize) -> Vec<Vec<Vec<f64>>> {
-    const STEPS: usize = 100;
-    let ends = random(dimension, 24);
+    const STEPS: usize = 60;
+    let ends = random(dimension, 16);
     let point = |from: &[f64], to: &[f64], step: usize| {
         let t = step as f64 / STEPS as f64;
         from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect()

@@ -6,6 +6,7 @@
 
 mod arguments;
 mod calculus;
+mod geometry;
 mod lists;
 mod mathematics;
 mod pictures;
@@ -33,6 +34,9 @@ pub struct Builtin {
     /// Whether it does something besides giving a value, or takes long: such a function cannot
     /// stand in a field, and is not run by `imp check`.
     pub acts: bool,
+    /// Whether it is defined on numbers and goes over to lists, fields and functions: of a
+    /// function it makes one.
+    pub lifts: bool,
     /// Does it.
     pub call: Call,
 }
@@ -62,10 +66,11 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
 static ALL: LazyLock<Vec<&'static Builtin>> = LazyLock::new(|| {
-    let tables: [&'static [Builtin]; 6] = [
+    let tables: [&'static [Builtin]; 7] = [
         mathematics::TABLE,
         lists::TABLE,
         calculus::TABLE,
+        geometry::TABLE,
         surfaces::TABLE,
         pictures::TABLE,
         script::TABLE,
@@ -110,7 +115,21 @@ const fn pure(
         parameters,
         documentation,
         acts: false,
+        lifts: false,
         call: Call::Function(call),
+    }
+}
+
+/// A table's entry for a mathematical function.
+const fn mathematical(
+    name: &'static str,
+    parameters: &'static [&'static str],
+    documentation: &'static str,
+    call: Function,
+) -> Builtin {
+    Builtin {
+        lifts: true,
+        ..pure(name, parameters, documentation, call)
     }
 }
 

@@ -48,7 +48,7 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let (field, bounds) = compiled_argument(session, arguments)?;
     let bounds = bounds.ok_or_else(|| no_bounds(arguments))?;
     let options = options(session, arguments, bounds)?;
-    let picture = picture::render(&field, &options, session.host.monitor())
+    let picture = picture::render(&field, &options, &session.monitor())
         .map_err(|error| picture_failure(&error, arguments))?;
     let dimension = field.dimension();
     warn(session, arguments, &picture, dimension);

@@ -25,8 +25,7 @@ pub(super) const TABLE: &[Builtin] = &[
                 let plain = session.plain(argument.value.clone(), argument.span)?;
                 words.push(show(&plain, None));
             }
-            session.host.print(&words.join(" "));
-            Ok(Value::Nothing)
+            print(session, arguments, &words.join(" "))
         },
     ),
     pure(
@@ -53,8 +52,7 @@ pub(super) const TABLE: &[Builtin] = &[
         "Prints what a function or field is for.",
         |session, arguments| {
             let text = documentation(&arguments.value("of"));
-            session.host.print(&text);
-            Ok(Value::Nothing)
+            print(session, arguments, &text)
         },
     ),
     pure(
@@ -67,6 +65,13 @@ pub(super) const TABLE: &[Builtin] = &[
         },
     ),
 ];
+
+/// Prints a line, if there may be so much.
+fn print(session: &mut Session, arguments: &Arguments, line: &str) -> Outcome<Value> {
+    session.count_output(line.len() as u64 + 1, arguments.span)?;
+    session.host.print(line);
+    Ok(Value::Nothing)
+}
 
 fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let place = arguments.place("condition");
@@ -122,16 +127,24 @@ pub(super) fn write(
     if let Some(directory) = session.output_directories.first() {
         file::create_folder(directory).map_err(failed)?;
     }
+    let left = session.output_left();
     let result = match value {
-        Value::Mesh(set) => file::write_mesh(path, &set.mesh),
-        Value::Curves(set) => file::write_curves(path, &set.curves),
-        Value::Samples(set) => file::write_samples(path, &set.samples),
-        Value::Image(set) => file::write_image(path, &set.picture.image),
+        Value::Mesh(set) => file::write_mesh(path, &set.mesh, left),
+        Value::Curves(set) => file::write_curves(path, &set.curves, left),
+        Value::Samples(set) => file::write_samples(path, &set.samples, left),
+        Value::Image(set) => file::write_image(path, &set.picture.image, left),
         other => {
             return Err(arguments.expected("a mesh, curves, samples or an image", "value", other));
         }
     };
-    result.map_err(failed)?;
+    match result {
+        Ok(bytes) => session.count_output(bytes, place)?,
+        Err(FileError::TooLarge { .. }) => {
+            let more = left.saturating_add(1);
+            return session.count_output(more, place);
+        }
+        Err(error) => return Err(failed(error)),
+    }
     session.host.wrote(path);
     Ok(())
 }
@@ -140,7 +153,7 @@ fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let Some(given) = arguments.text("path")? else {
         return Ok(Value::Nothing);
     };
-    let path = session.input_directory.join(given);
+    let path = session.unit.directory.join(given);
     let graph = &mut session.graph;
     let first = first_axis(graph.level);
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(first + axis));
@@ -159,14 +172,20 @@ pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
         FileError::CannotRead { .. } => Code::CannotRead,
         FileError::BadContent { .. } => Code::BadContent,
         FileError::TooLong { .. } => Code::NodeLimit,
+        FileError::TooLarge { .. } => Code::OutputLimit,
         FileError::CannotWrite { .. } => Code::CannotWrite,
         FileError::UnknownFormat { .. } => Code::UnknownFormat,
         FileError::WrongFormat { .. } => Code::WrongFormat,
     };
     let mut failure = failure(code, error.to_string());
-    if let FileError::TooLong { .. } = error {
-        failure.help = Some("raise it with `--limit nodes=N` if this is meant".into());
-    }
+    let limit = match error {
+        FileError::TooLong { .. } => "nodes",
+        FileError::TooLarge { .. } => "bytes",
+        _ => return failure,
+    };
+    failure.help = Some(format!(
+        "raise it with `--limit {limit}=N` if this is meant"
+    ));
     failure
 }
 
@@ -208,7 +227,7 @@ fn documentation(value: &Value) -> String {
             (closure.signature(), closure.documentation.as_deref())
         }
         Value::Module(module) => (
-            format!("{}: {}", show(value, None), module.scope.own_names().join(", ")),
+            format!("{}: {}", show(value, None), module.scope.names_here().join(", ")),
             module.documentation.as_deref(),
         ),
         Value::Field(field) => (show(value, None), field.documentation()),

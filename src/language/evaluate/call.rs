@@ -6,7 +6,7 @@ use crate::diagnostic::{Code, Span, suggest};
 use crate::language::builtin::{Arguments, Builtin};
 use crate::language::field::FieldValue;
 use crate::language::function::{
-    Argument, At, Closure, FunctionValue, match_arguments, parameter_names,
+    Argument, At, Closure, FunctionValue, Rule, match_arguments, parameter_names,
 };
 use crate::language::limits::exceeded;
 use crate::language::product;
@@ -172,9 +172,12 @@ impl Session {
         match function {
             FunctionValue::Closure(closure) => self.call_closure(closure, arguments, span),
             FunctionValue::Builtin(builtin) => self.call_builtin(builtin, arguments, span),
-            FunctionValue::Derivative { operator, function } => {
-                self.call_derivative(operator, function, arguments, span)
-            }
+            FunctionValue::Derivative {
+                operator,
+                function,
+                others,
+            } => self.call_derivative(operator, function, others, arguments, span),
+            FunctionValue::Pointwise(pointwise) => self.call_pointwise(pointwise, &arguments, span),
         }
     }
 
@@ -251,13 +254,19 @@ impl Session {
         Ok(())
     }
 
-    fn call_builtin(
+    pub(super) fn call_builtin(
         &mut self,
         builtin: &'static Builtin,
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
+        if builtin.lifts
+            && !unknown
+            && let Some(function) = self.pointwise(&Rule::Builtin(builtin), &arguments, span)?
+        {
+            return Ok(function);
+        }
         let arguments = Arguments::new(builtin, arguments, span)?;
         if builtin.acts {
             if self.graph.level > 0 {
@@ -270,11 +279,19 @@ impl Session {
             if !self.acting {
                 return Ok(Value::Unknown);
             }
+            self.check_time(span)?;
         }
         if unknown {
             return Ok(Value::Unknown);
         }
-        let value = builtin.apply(self, &arguments).at(span, "in this call")?;
+        let value = builtin.apply(self, &arguments).or_else(|error| {
+            // Work that the clock has ended says only that it was cancelled.
+            if error.code == Code::Cancelled {
+                self.check_time(span)?;
+            }
+            Err(error)
+        });
+        let value = value.at(span, "in this call")?;
         if let Value::List(list) = &value {
             // Long lists take long to make: a step for every few elements.
             self.steps += list.leaves() / 16;
@@ -287,6 +304,7 @@ impl Session {
         &mut self,
         operator: &'static Builtin,
         function: &Rc<FunctionValue>,
+        others: &[Argument],
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
@@ -314,8 +332,9 @@ impl Session {
             .at(span, "in this call"));
         }
         let field = self.function_as_field(function, dimension, as_point, span)?;
-        let argument = unnamed(Value::Field(field), span);
-        let derivative = self.call_builtin(operator, vec![argument], span)?;
+        let mut operands = vec![unnamed(Value::Field(field), span)];
+        operands.extend_from_slice(others);
+        let derivative = self.call_builtin(operator, operands, span)?;
         self.call_value(&derivative, arguments, span, span)
     }
 
@@ -365,7 +384,7 @@ fn take_rest(function: &Function, arguments: &mut Vec<Argument>) -> Vec<Argument
     rest
 }
 
-fn unnamed(value: Value, span: Span) -> Argument {
+pub(super) fn unnamed(value: Value, span: Span) -> Argument {
     Argument {
         name: None,
         value,

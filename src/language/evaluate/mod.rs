@@ -8,5 +8,7 @@ mod choice;
 mod concrete;
 mod define;
 mod expression;
+mod pointwise;
 mod sequence;
 mod statement;
+mod with;
