@@ -14,6 +14,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("polygonize", &["engine", "geometry"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),
+    ("library", &[]),
     (
         "language",
         &[
@@ -26,6 +27,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "polygonize",
             "picture",
             "file",
+            "library",
         ],
     ),
     (
