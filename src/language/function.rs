@@ -10,8 +10,8 @@ use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::syntax::tree::{
-    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Function, Name, Pattern, TextPart,
-    UnaryOperator,
+    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Function, Name, Pattern,
+    TextPart, UnaryOperator,
 };
 
 /// Something that can be called.

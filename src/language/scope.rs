@@ -1,6 +1,6 @@
 //! Scopes: what a name is bound to.
 
-use std::cell::{Cell, RefCell};
+use std::cell::{Cell, OnceCell, RefCell};
 use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ pub struct Scope {
     /// than a branch that assigns it.
     age: u64,
     /// The file whose own names are bound here.
-    unit: RefCell<Weak<Unit>>,
+    unit: OnceCell<Rc<Unit>>,
 }
 
 /// What a name stands for.
@@ -35,7 +35,7 @@ pub enum Binding {
     /// A `var`, which may be assigned.
     Variable(Value),
     /// A definition of that file that needs actions, and is run when it is first asked for.
-    Lazy(Rc<Statement>, Weak<Unit>),
+    Lazy(Rc<Statement>, Rc<Unit>),
     /// A definition of the library, and the scope to evaluate it in when it is first asked for.
     Library(&'static Entry, Weak<Scope>),
 }
@@ -46,7 +46,7 @@ impl Default for Scope {
             bindings: RefCell::default(),
             parent: None,
             age: Scope::now(),
-            unit: RefCell::default(),
+            unit: OnceCell::new(),
         }
     }
 }
@@ -117,15 +117,16 @@ impl Scope {
 
     /// Makes this the scope of a file's own names.
     pub(super) fn belongs_to(&self, unit: &Rc<Unit>) {
-        self.unit.replace(Rc::downgrade(unit));
+        // A scope is made for one file, so it is set once.
+        let _ = self.unit.set(Rc::clone(unit));
     }
 
     /// The file in which this scope lies; none in the program's own.
     pub(super) fn unit(&self) -> Option<Rc<Unit>> {
         let mut scope = self;
         loop {
-            if let Some(unit) = scope.unit.borrow().upgrade() {
-                return Some(unit);
+            if let Some(unit) = scope.unit.get() {
+                return Some(Rc::clone(unit));
             }
             scope = scope.parent.as_ref()?;
         }

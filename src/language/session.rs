@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
 
 use super::builtin;
+use super::evaluate::{World, WorldKey};
 use super::field::FieldValue;
 use super::function::{Argument, FunctionValue};
 use super::library;
@@ -91,6 +92,8 @@ pub struct Session {
     pub(super) overriding: FxHashMap<Arc<str>, Value>,
     /// How many `with`s are running definitions again, one inside the other.
     pub(super) runs_again: u32,
+    /// What has been made under other settings.
+    pub(super) worlds: IndexMap<WorldKey, World>,
     /// The main file, if it is one.
     pub(super) main_file: Option<PathBuf>,
     /// Where imported files may lie.
@@ -106,6 +109,10 @@ pub struct Session {
     pub(super) steps: u64,
     /// Expressions that have been evaluated, for looking at the clock now and then.
     pub(super) ticks: u32,
+    /// The last comparison of plain values that did not hold, for assertions to tell.
+    pub(super) failed_comparison: Option<(Span, Value, Value)>,
+    /// When the session was made.
+    pub(super) begun: Instant,
     /// When what is being run has to end.
     pub(super) deadline: Option<Instant>,
     /// Bytes that have been printed and written.
@@ -157,6 +164,7 @@ impl Session {
             given_values: FxHashMap::default(),
             overriding: FxHashMap::default(),
             runs_again: 0,
+            worlds: IndexMap::new(),
             main_file: None,
             readable_directories: vec![main.directory.clone(), PathBuf::from(".")],
             modules: Modules::default(),
@@ -166,6 +174,8 @@ impl Session {
             depth: 0,
             steps: 0,
             ticks: 0,
+            failed_comparison: None,
+            begun: Instant::now(),
             deadline: None,
             output_bytes: 0,
             plain_numbers: FxHashMap::default(),

@@ -105,6 +105,14 @@ fn its_parameters_are_part_of_q() {
     ] {
         assert!(info.contains(line), "{line}\n{info}");
     }
+    // A module by another name is the same module.
+    let other = "{ let b = bracket; (part with {b.r = 5, bracket.n = 2})(0, 0, 0) }";
+    assert_eq!(value(other, &[]), "-12");
+    folder.fails(
+        &["eval", "main.imp", "part with {brackt.r = 5}"],
+        1,
+        &["E0201", "no module `brackt`"],
+    );
     folder.fails(
         &["eval", "main.imp", "part with {bracket.r = 50}"],
         1,
@@ -126,6 +134,22 @@ fn a_function_of_a_module_changes_its_own_settings() {
         ),
     ]);
     assert_eq!(folder.imp(&["run", "main.imp"]).well().stdout, "-5 -2\n");
+}
+
+#[test]
+fn a_module_finds_files_beside_it() {
+    let folder = Folder::new(&[
+        (
+            "main.imp",
+            "import \"parts/m.imp\" as m\nprint(m.now(0.5, 0), m.later()(0.5, 0))\n",
+        ),
+        (
+            "parts/m.imp",
+            "let now = load(\"x.vm\")\nfn later() = load(\"x.vm\")\n",
+        ),
+        ("parts/x.vm", "a var-x\nb const 2\nc mul a b\n"),
+    ]);
+    assert_eq!(folder.imp(&["run", "main.imp"]).well().stdout, "1 1\n");
 }
 
 #[test]

@@ -201,3 +201,12 @@ fn blocks_and_conditions_are_expressions() {
         "1 8",
     );
 }
+
+#[test]
+fn time_goes_on() {
+    prints(
+        "let start = time()\nlet s = sum(sin(i) for i in range(1000))\nlet end = time()\n\
+         print(start >= 0 and end > start)",
+        "true",
+    );
+}

@@ -79,6 +79,32 @@ fn actions_are_done_again_only_where_they_are_needed() {
 }
 
 #[test]
+fn definitions_are_made_once_for_the_same_settings() {
+    // Each `with` that had to make all before it would double the work: 2^60 steps.
+    let mut program = String::from("setting n = 1\nfield f0(x) = x + n\n");
+    for k in 1..60 {
+        program += &format!("let f{k} = f{} with {{n = {k}}}\n", k - 1);
+    }
+    // f1 is what f0 is for n = 1, whatever n is around it.
+    program += "print(f59(0))\n";
+    // Every call of g under another setting makes its own.
+    program += "fn g(k) = if k < 1 then n else g(k - 1) with {n = n + 1}\nprint(g(20))\n";
+    assert_eq!(script(&program).well().stdout, "1\n21\n");
+}
+
+#[test]
+fn what_was_made_under_a_setting_stays_as_it_was() {
+    // More settings than are kept, and each function still finds its own mesh and field.
+    let program = "setting n = 1 in 1..200\nfield f(p in R3) over -300..300 = norm(p) - n\n\
+        let m = polygonize(f, cell = 100)\nfn measure(k) = m.volume*0 + n + k\n\
+        fn moved(k) = (f with {n = k})(0, 0, 0) + n\n\
+        let all = [measure with {n = 101 + i} for i in range(90)]\n\
+        let others = [moved with {n = 101 + i} for i in range(90)]\n\
+        print(all[0](0), all[89](1), others[0](7), others[89](7))\n";
+    assert_eq!(script(program).well().stdout, "101 191 94 183\n");
+}
+
+#[test]
 fn settings_are_set_from_outside() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("{GEAR}print(teeth, style, gear(0, 0))");

@@ -119,3 +119,43 @@ fn several_files_and_what_cannot_be_read() {
     let missing = imp_with(folder.path(), &["test", "missing.imp", "a.imp"], b"");
     assert_eq!(missing.code, 3);
 }
+
+#[test]
+fn a_failed_comparison_tells_both_sides() {
+    for (program, help) in [
+        (
+            "assert(1 + 1 == 3)",
+            "the left side is 2, the right side is 3",
+        ),
+        (
+            "let v = 0.5\nassert(v > 0 and v > 1)",
+            "the left side is 0.5, the right side is 1",
+        ),
+        (
+            "assert(\"a\" == \"b\", \"why\")",
+            "the left side is \"a\", the right side is \"b\"",
+        ),
+        (
+            "for i in range(3) { assert(0 < i + 1 < 3) }",
+            "the left side is 3, the right side is 3",
+        ),
+    ] {
+        let run = crate::common::script(program);
+        assert_eq!(run.code, 1, "{program}");
+        assert!(run.stderr.contains(help), "{program}\n{}", run.stderr);
+    }
+    // Where another part decides, nothing is said of the comparison.
+    for program in [
+        "assert(false)",
+        "for i in range(2) { assert(not (i == 1)) }",
+        "let x = 1 == 2\nassert(x)",
+    ] {
+        let run = crate::common::script(program);
+        assert_eq!(run.code, 1, "{program}");
+        assert!(
+            !run.stderr.contains("left side"),
+            "{program}\n{}",
+            run.stderr
+        );
+    }
+}

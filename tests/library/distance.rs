@@ -87,7 +87,11 @@ fn claims() -> Vec<(String, Claim)> {
 }
 
 fn length(vector: impl IntoIterator<Item = f64>) -> f64 {
-    vector.into_iter().map(|part| part * part).sum::<f64>().sqrt()
+    vector
+        .into_iter()
+        .map(|part| part * part)
+        .sum::<f64>()
+        .sqrt()
 }
 
 fn check((shape, claim): &(String, Claim)) -> Result<(), String> {
@@ -95,7 +99,10 @@ fn check((shape, claim): &(String, Claim)) -> Result<(), String> {
     let regular: Vec<&Probe> = probes.iter().filter(|probe| !probe.special).collect();
     for probe in &probes {
         if !probe.values[0].is_finite() {
-            return Err(format!("{shape} is {} at {:?}", probe.values[0], probe.point));
+            return Err(format!(
+                "{shape} is {} at {:?}",
+                probe.values[0], probe.point
+            ));
         }
     }
     for probe in &regular {
@@ -112,11 +119,16 @@ fn check((shape, claim): &(String, Claim)) -> Result<(), String> {
             slope.is_nan() || slope > 1.0 + 1e-6
         };
         if wrong {
-            return Err(format!("{shape}: |F_x| = {slope}, F = {value} at {:?}", probe.point));
+            return Err(format!(
+                "{shape}: |F_x| = {slope}, F = {value} at {:?}",
+                probe.point
+            ));
         }
         if exact && foot.abs() > 1e-6 {
             let point = &probe.point;
-            return Err(format!("{shape}: F = {value}, but {foot} at the foot of {point:?}"));
+            return Err(format!(
+                "{shape}: F = {value}, but {foot} at the foot of {point:?}"
+            ));
         }
     }
     for pair in probes.windows(2) {
@@ -124,7 +136,9 @@ fn check((shape, claim): &(String, Claim)) -> Result<(), String> {
         let change = (pair[0].values[0] - pair[1].values[0]).abs();
         if change > way * (1.0 + 1e-9) + 1e-9 {
             let (a, b) = (&pair[0].point, &pair[1].point);
-            return Err(format!("{shape} changes by {change} from {a:?} to {b:?}, {way} away"));
+            return Err(format!(
+                "{shape} changes by {change} from {a:?} to {b:?}, {way} away"
+            ));
         }
     }
     Ok(())
@@ -143,7 +157,10 @@ fn wrong_claims_are_found() {
     for (shape, claim) in wrong {
         assert!(check(&(shape.to_string(), claim)).is_err(), "{shape}");
     }
-    let outside = ("sphere(1) | sphere(1, center = [1, 0, 0])".to_string(), Claim::ExactOutside);
+    let outside = (
+        "sphere(1) | sphere(1, center = [1, 0, 0])".to_string(),
+        Claim::ExactOutside,
+    );
     assert_eq!(check(&outside), Ok(()));
 }
 

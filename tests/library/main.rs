@@ -9,6 +9,7 @@
 mod common;
 mod distance;
 mod membership;
+mod names;
 mod points;
 
 use std::sync::Mutex;
@@ -178,7 +179,10 @@ fn fields_are_finite() {
     let failures = failures(&fields, |field| {
         for probe in distance::probe(field)? {
             if !probe.values[0].is_finite() {
-                return Err(format!("{field} is {} at {:?}", probe.values[0], probe.point));
+                return Err(format!(
+                    "{field} is {} at {:?}",
+                    probe.values[0], probe.point
+                ));
             }
             if !probe.special && !probe.gradient.iter().all(|slope| slope.is_finite()) {
                 return Err(format!("{field} has no gradient at {:?}", probe.point));

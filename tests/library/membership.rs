@@ -52,7 +52,9 @@ fn in_polygon(x: f64, y: f64, corners: &[[f64; 2]]) -> bool {
 
 fn regular(n: usize, r: f64, turn: f64) -> Vec<[f64; 2]> {
     let angle = |i: usize| turn + TAU * i as f64 / n as f64;
-    (0..n).map(|i| [r * angle(i).cos(), r * angle(i).sin()]).collect()
+    (0..n)
+        .map(|i| [r * angle(i).cos(), r * angle(i).sin()])
+        .collect()
 }
 
 fn star(n: usize, r: f64, inner: f64) -> Vec<[f64; 2]> {
@@ -112,7 +114,9 @@ fn within_planes(p: &[f64], n: [f64; 3], d: f64) -> bool {
 
 const PLANE: &[(&str, Inside)] = &[
     ("circle(1.2)", |p| norm(p) < 1.2),
-    ("ellipse(1.4, 0.8)", |p| (p[0] / 1.4).powi(2) + (p[1] / 0.8).powi(2) < 1.0),
+    ("ellipse(1.4, 0.8)", |p| {
+        (p[0] / 1.4).powi(2) + (p[1] / 0.8).powi(2) < 1.0
+    }),
     ("rectangle([1.6, 1])", |p| in_box(p, &[0.8, 0.5])),
     ("rectangle_between([-0.5, -1], [1, 0.4])", |p| {
         -0.5 < p[0] && p[0] < 1.0 && -1.0 < p[1] && p[1] < 0.4
@@ -125,30 +129,65 @@ const PLANE: &[(&str, Inside)] = &[
     ("chamfer_rectangle([1.6, 1.2], 0.25)", |p| {
         in_box(p, &[0.8, 0.6]) && p[0].abs() + p[1].abs() < 1.4 - 0.25
     }),
-    ("segment([-0.8, -0.3], [0.6, 0.5], 0.3)", |p| near_segment(p, &[-0.8, -0.3], &[0.6, 0.5], 0.3)),
-    ("line([1, 2], 0.3)", |p| p[0] + 2.0 * p[1] < 0.3 * 5f64.sqrt()),
-    ("polygon([[-1, -0.8], [1, -0.8], [0.2, 0], [1, 0.9], [-1, 0.6]])", |p| {
-        in_polygon(p[0], p[1], &[[-1.0, -0.8], [1.0, -0.8], [0.2, 0.0], [1.0, 0.9], [-1.0, 0.6]])
+    ("segment([-0.8, -0.3], [0.6, 0.5], 0.3)", |p| {
+        near_segment(p, &[-0.8, -0.3], &[0.6, 0.5], 0.3)
     }),
-    ("regular_polygon(5, 1.1)", |p| in_convex(p[0], p[1], &regular(5, 1.1, 0.0))),
-    ("star(5, 1.2, 0.5)", |p| in_polygon(p[0], p[1], &star(5, 1.2, 0.5))),
+    ("line([1, 2], 0.3)", |p| {
+        p[0] + 2.0 * p[1] < 0.3 * 5f64.sqrt()
+    }),
+    (
+        "polygon([[-1, -0.8], [1, -0.8], [0.2, 0], [1, 0.9], [-1, 0.6]])",
+        |p| {
+            in_polygon(
+                p[0],
+                p[1],
+                &[
+                    [-1.0, -0.8],
+                    [1.0, -0.8],
+                    [0.2, 0.0],
+                    [1.0, 0.9],
+                    [-1.0, 0.6],
+                ],
+            )
+        },
+    ),
+    ("regular_polygon(5, 1.1)", |p| {
+        in_convex(p[0], p[1], &regular(5, 1.1, 0.0))
+    }),
+    ("star(5, 1.2, 0.5)", |p| {
+        in_polygon(p[0], p[1], &star(5, 1.2, 0.5))
+    }),
     ("hexagram(1.2)", |p| {
         in_convex(p[0], p[1], &regular(3, 1.2, 0.0)) || in_convex(p[0], p[1], &regular(3, 1.2, PI))
     }),
     ("triangle([-1, -0.7], [1.1, -0.5], [0.1, 1])", |p| {
         in_convex(p[0], p[1], &[[-1.0, -0.7], [1.1, -0.5], [0.1, 1.0]])
     }),
-    ("equilateral_triangle(1)", |p| in_convex(p[0], p[1], &regular(3, 1.0, FRAC_PI_2))),
+    ("equilateral_triangle(1)", |p| {
+        in_convex(p[0], p[1], &regular(3, 1.0, FRAC_PI_2))
+    }),
     ("isosceles_triangle(1.4, 1.8)", |p| {
         in_convex(p[0], p[1], &[[-0.7, -0.9], [0.7, -0.9], [0.0, 0.9]])
     }),
     ("trapezoid(1.6, 0.8, 1)", |p| {
-        in_convex(p[0], p[1], &[[-0.8, -0.5], [0.8, -0.5], [0.4, 0.5], [-0.4, 0.5]])
+        in_convex(
+            p[0],
+            p[1],
+            &[[-0.8, -0.5], [0.8, -0.5], [0.4, 0.5], [-0.4, 0.5]],
+        )
     }),
-    ("parallelogram(1.2, 1, 0.4)", |p| (p[0] - 0.4 * p[1]).abs() < 0.6 && p[1].abs() < 0.5),
-    ("rhombus(1.3, 0.8)", |p| p[0].abs() / 1.3 + p[1].abs() / 0.8 < 1.0),
-    ("uneven_capsule(0.6, 0.3, 1)", |p| in_hull(p[0], p[1], 0.6, 0.3, 1.0)),
-    ("pie(100deg, 1.2)", |p| norm(p) < 1.2 && p[1].atan2(p[0]).abs() < degrees(50.0)),
+    ("parallelogram(1.2, 1, 0.4)", |p| {
+        (p[0] - 0.4 * p[1]).abs() < 0.6 && p[1].abs() < 0.5
+    }),
+    ("rhombus(1.3, 0.8)", |p| {
+        p[0].abs() / 1.3 + p[1].abs() / 0.8 < 1.0
+    }),
+    ("uneven_capsule(0.6, 0.3, 1)", |p| {
+        in_hull(p[0], p[1], 0.6, 0.3, 1.0)
+    }),
+    ("pie(100deg, 1.2)", |p| {
+        norm(p) < 1.2 && p[1].atan2(p[0]).abs() < degrees(50.0)
+    }),
     ("arc(200deg, 0.9, 0.25)", |p| {
         near_curve(p, 0.25, |t| {
             let angle = degrees(200.0 * t - 100.0);
@@ -157,8 +196,12 @@ const PLANE: &[(&str, Inside)] = &[
     }),
     ("ring(1.2, 0.7)", |p| 0.7 < norm(p) && norm(p) < 1.2),
     ("cut_disk(1.1, 0.3)", |p| norm(p) < 1.1 && p[1] > 0.3),
-    ("vesica(1.3, 0.6)", |p| (p[0] - 0.6).hypot(p[1]) < 1.3 && (p[0] + 0.6).hypot(p[1]) < 1.3),
-    ("moon(0.6, 1.1, 0.9)", |p| norm(p) < 1.1 && (p[0] - 0.6).hypot(p[1]) > 0.9),
+    ("vesica(1.3, 0.6)", |p| {
+        (p[0] - 0.6).hypot(p[1]) < 1.3 && (p[0] + 0.6).hypot(p[1]) < 1.3
+    }),
+    ("moon(0.6, 1.1, 0.9)", |p| {
+        norm(p) < 1.1 && (p[0] - 0.6).hypot(p[1]) > 0.9
+    }),
     ("egg(0.9, 0.3)", |p| {
         // A half disc, and above it the part of three discs that the egg's arcs belong to.
         let (x, y) = (p[0].abs(), p[1]);
@@ -171,9 +214,12 @@ const PLANE: &[(&str, Inside)] = &[
         let (x, y) = (p[0].abs() / 1.4, p[1] / 1.4);
         (x < y && x + y < 1.0) || (x - 0.25).hypot(y - 0.75) < 0.125f64.sqrt()
     }),
-    ("plus_sign(1.8, 0.6)", |p| in_box(p, &[0.9, 0.3]) || in_box(p, &[0.3, 0.9])),
+    ("plus_sign(1.8, 0.6)", |p| {
+        in_box(p, &[0.9, 0.3]) || in_box(p, &[0.3, 0.9])
+    }),
     ("rounded_x(1.4, 0.2)", |p| {
-        near_segment(p, &[-0.7, -0.7], &[0.7, 0.7], 0.2) || near_segment(p, &[-0.7, 0.7], &[0.7, -0.7], 0.2)
+        near_segment(p, &[-0.7, -0.7], &[0.7, 0.7], 0.2)
+            || near_segment(p, &[-0.7, 0.7], &[0.7, -0.7], 0.2)
     }),
     ("parabola(0.8)", |p| p[1] > 0.8 * p[0] * p[0]),
     ("bezier2([-1, -0.6], [0.2, 1.4], [1, -0.4], 0.15)", |p| {
@@ -207,7 +253,10 @@ const SOLIDS: &[(&str, Inside)] = &[
         in_box(&minus(p, &[0.25, -0.3, 0.1]), &[0.75, 0.7, 0.8])
     }),
     ("rounded_box([1.6, 1, 1.2], 0.2)", |p| {
-        let beyond: Vec<f64> = minus(&p.iter().map(|p| p.abs()).collect::<Vec<_>>(), &[0.6, 0.3, 0.4]);
+        let beyond: Vec<f64> = minus(
+            &p.iter().map(|p| p.abs()).collect::<Vec<_>>(),
+            &[0.6, 0.3, 0.4],
+        );
         norm(&beyond.iter().map(|b| b.max(0.0)).collect::<Vec<_>>()) < 0.2
     }),
     ("box_frame([1.8, 1.4, 1.6], 0.3)", |p| {
@@ -237,16 +286,25 @@ const SOLIDS: &[(&str, Inside)] = &[
     ("capsule([-0.6, -0.3, -0.4], [0.6, 0.4, 0.5], 0.4)", |p| {
         near_segment(p, &[-0.6, -0.3, -0.4], &[0.6, 0.4, 0.5], 0.4)
     }),
-    ("cone(0.9, 1.5)", |p| p[2] > -0.75 && round(p) < 0.9 * (0.75 - p[2]) / 1.5),
-    ("capped_cone([-0.3, -0.2, -0.6], [0.3, 0.1, 0.7], 0.8, 0.4)", |p| {
-        let (a, b) = ([-0.3, -0.2, -0.6], [0.3, 0.1, 0.7]);
-        let along = minus(&b, &a);
-        let t = dot(&minus(p, &a), &along) / dot(&along, &along);
-        let foot: Vec<f64> = a.iter().zip(&along).map(|(a, d)| a + t * d).collect();
-        (0.0..1.0).contains(&t) && norm(&minus(p, &foot)) < 0.8 - 0.4 * t
+    ("cone(0.9, 1.5)", |p| {
+        p[2] > -0.75 && round(p) < 0.9 * (0.75 - p[2]) / 1.5
     }),
-    ("round_cone(0.7, 0.35, 1)", |p| in_hull(round(p), p[2], 0.7, 0.35, 1.0)),
-    ("solid_angle(80deg, 1.2)", |p| norm(p) < 1.2 && round(p).atan2(p[2]) < degrees(40.0)),
+    (
+        "capped_cone([-0.3, -0.2, -0.6], [0.3, 0.1, 0.7], 0.8, 0.4)",
+        |p| {
+            let (a, b) = ([-0.3, -0.2, -0.6], [0.3, 0.1, 0.7]);
+            let along = minus(&b, &a);
+            let t = dot(&minus(p, &a), &along) / dot(&along, &along);
+            let foot: Vec<f64> = a.iter().zip(&along).map(|(a, d)| a + t * d).collect();
+            (0.0..1.0).contains(&t) && norm(&minus(p, &foot)) < 0.8 - 0.4 * t
+        },
+    ),
+    ("round_cone(0.7, 0.35, 1)", |p| {
+        in_hull(round(p), p[2], 0.7, 0.35, 1.0)
+    }),
+    ("solid_angle(80deg, 1.2)", |p| {
+        norm(p) < 1.2 && round(p).atan2(p[2]) < degrees(40.0)
+    }),
     ("cut_sphere(1.1, 0.2)", |p| norm(p) < 1.1 && p[2] > 0.2),
     ("hollow_cut_sphere(1, 0.2, 0.25)", |p| {
         let rim = (1.0 - 0.04f64).sqrt();
@@ -256,18 +314,40 @@ const SOLIDS: &[(&str, Inside)] = &[
     ("ellipsoid([1.3, 0.7, 0.9])", |p| {
         (p[0] / 1.3).powi(2) + (p[1] / 0.7).powi(2) + (p[2] / 0.9).powi(2) < 1.0
     }),
-    ("plane([1, 2, -1], 0.3)", |p| p[0] + 2.0 * p[1] - p[2] < 0.3 * 6f64.sqrt()),
-    ("half_space([1, 2, -1], [0.2, 0, 0.4])", |p| p[0] + 2.0 * p[1] - p[2] < -0.2),
-    ("slab(0.9, [1, 0, 1])", |p| (p[0] + p[2]).abs() < 0.45 * 2f64.sqrt()),
-    ("prism(5, 1, 1.2)", |p| p[2].abs() < 0.6 && in_convex(p[0], p[1], &regular(5, 1.0, 0.0))),
-    ("hex_prism(1, 1.1)", |p| p[2].abs() < 0.55 && in_convex(p[0], p[1], &regular(6, 1.0, 0.0))),
-    ("tri_prism(1.1, 1)", |p| p[2].abs() < 0.5 && in_convex(p[0], p[1], &regular(3, 1.1, 0.0))),
-    ("rhombus_prism(1.1, 0.7, 1)", |p| p[0].abs() / 1.1 + p[1].abs() / 0.7 < 1.0 && p[2].abs() < 0.5),
+    ("plane([1, 2, -1], 0.3)", |p| {
+        p[0] + 2.0 * p[1] - p[2] < 0.3 * 6f64.sqrt()
+    }),
+    ("half_space([1, 2, -1], [0.2, 0, 0.4])", |p| {
+        p[0] + 2.0 * p[1] - p[2] < -0.2
+    }),
+    ("slab(0.9, [1, 0, 1])", |p| {
+        (p[0] + p[2]).abs() < 0.45 * 2f64.sqrt()
+    }),
+    ("prism(5, 1, 1.2)", |p| {
+        p[2].abs() < 0.6 && in_convex(p[0], p[1], &regular(5, 1.0, 0.0))
+    }),
+    ("hex_prism(1, 1.1)", |p| {
+        p[2].abs() < 0.55 && in_convex(p[0], p[1], &regular(6, 1.0, 0.0))
+    }),
+    ("tri_prism(1.1, 1)", |p| {
+        p[2].abs() < 0.5 && in_convex(p[0], p[1], &regular(3, 1.1, 0.0))
+    }),
+    ("rhombus_prism(1.1, 0.7, 1)", |p| {
+        p[0].abs() / 1.1 + p[1].abs() / 0.7 < 1.0 && p[2].abs() < 0.5
+    }),
     (
         "convex_polyhedron([[[1, 0, 0], [0, 1, 0], [0, 0, 1]], [[-1, -1, -1], [1, 0, 0], [0, 1, 0]], [[-1, -1, -1], [0, 1, 0], [0, 0, 1]], [[-1, -1, -1], [0, 0, 1], [1, 0, 0]]])",
         |p| {
             // The hull of the unit vectors and -(1, 1, 1): x + y - 3 z < 1 and so on.
-            behind(p, &[([1.0, 1.0, 1.0], 1.0), ([1.0, 1.0, -3.0], 1.0), ([1.0, -3.0, 1.0], 1.0), ([-3.0, 1.0, 1.0], 1.0)])
+            behind(
+                p,
+                &[
+                    ([1.0, 1.0, 1.0], 1.0),
+                    ([1.0, 1.0, -3.0], 1.0),
+                    ([1.0, -3.0, 1.0], 1.0),
+                    ([-3.0, 1.0, 1.0], 1.0),
+                ],
+            )
         },
     ),
     ("pyramid(1.6, 1.4)", |p| {
@@ -278,9 +358,19 @@ const SOLIDS: &[(&str, Inside)] = &[
     }),
     ("tetrahedron(1.3)", |p| {
         let d = 1.3 / 3f64.sqrt();
-        behind(p, &[([-1.0, -1.0, -1.0], d), ([-1.0, 1.0, 1.0], d), ([1.0, -1.0, 1.0], d), ([1.0, 1.0, -1.0], d)])
+        behind(
+            p,
+            &[
+                ([-1.0, -1.0, -1.0], d),
+                ([-1.0, 1.0, 1.0], d),
+                ([1.0, -1.0, 1.0], d),
+                ([1.0, 1.0, -1.0], d),
+            ],
+        )
     }),
-    ("octahedron(1.2)", |p| p[0].abs() + p[1].abs() + p[2].abs() < 1.2),
+    ("octahedron(1.2)", |p| {
+        p[0].abs() + p[1].abs() + p[2].abs() < 1.2
+    }),
     ("dodecahedron(1.1)", |p| {
         // The planes through the corner (1, 1, 1) r/√3 across (0, φ, 1).
         within_planes(p, [0.0, PHI, 1.0], 1.1 / 3f64.sqrt() * (1.0 + PHI))
@@ -291,22 +381,43 @@ const SOLIDS: &[(&str, Inside)] = &[
         let size = p[0].abs() + p[1].abs() + p[2].abs();
         size < s * (1.0 + PHI) && within_planes(p, [0.0, PHI, 1.0 / PHI], s * (1.0 + PHI))
     }),
-    ("mirrored_polyhedron([[[1, 0, 0], [0, 1, 0], [0, 0, 1]]])", |p| {
-        p[0].abs() + p[1].abs() + p[2].abs() < 1.0
-    }),
+    (
+        "mirrored_polyhedron([[[1, 0, 0], [0, 1, 0], [0, 0, 1]]])",
+        |p| p[0].abs() + p[1].abs() + p[2].abs() < 1.0,
+    ),
     ("vesica3(1.3, 0.6)", |p| (round(p) + 0.6).hypot(p[2]) < 1.3),
-    ("triangle3([-1, -0.6, 0], [1, -0.5, 0.4], [0, 0.9, -0.3], 0.2)", |p| {
-        near_triangle(p, 0.2, [[-1.0, -0.6, 0.0], [1.0, -0.5, 0.4], [0.0, 0.9, -0.3]])
-    }),
-    ("quad3([-1, -0.6, 0], [1, -0.6, 0.4], [0.8, 0.6, 0.36], [-0.8, 0.6, 0.04], 0.2)", |p| {
-        near_triangle(p, 0.2, [[-1.0, -0.6, 0.0], [1.0, -0.6, 0.4], [0.8, 0.6, 0.36]])
-            || near_triangle(p, 0.2, [[-1.0, -0.6, 0.0], [0.8, 0.6, 0.36], [-0.8, 0.6, 0.04]])
-    }),
-    ("polyline([[-1, -0.5, 0], [0, 0.6, 0.3], [0.4, -0.6, 0.5], [1, 0.4, -0.4]], 0.15)", |p| {
-        near_segment(p, &[-1.0, -0.5, 0.0], &[0.0, 0.6, 0.3], 0.15)
-            || near_segment(p, &[0.0, 0.6, 0.3], &[0.4, -0.6, 0.5], 0.15)
-            || near_segment(p, &[0.4, -0.6, 0.5], &[1.0, 0.4, -0.4], 0.15)
-    }),
+    (
+        "triangle3([-1, -0.6, 0], [1, -0.5, 0.4], [0, 0.9, -0.3], 0.2)",
+        |p| {
+            near_triangle(
+                p,
+                0.2,
+                [[-1.0, -0.6, 0.0], [1.0, -0.5, 0.4], [0.0, 0.9, -0.3]],
+            )
+        },
+    ),
+    (
+        "quad3([-1, -0.6, 0], [1, -0.6, 0.4], [0.8, 0.6, 0.36], [-0.8, 0.6, 0.04], 0.2)",
+        |p| {
+            near_triangle(
+                p,
+                0.2,
+                [[-1.0, -0.6, 0.0], [1.0, -0.6, 0.4], [0.8, 0.6, 0.36]],
+            ) || near_triangle(
+                p,
+                0.2,
+                [[-1.0, -0.6, 0.0], [0.8, 0.6, 0.36], [-0.8, 0.6, 0.04]],
+            )
+        },
+    ),
+    (
+        "polyline([[-1, -0.5, 0], [0, 0.6, 0.3], [0.4, -0.6, 0.5], [1, 0.4, -0.4]], 0.15)",
+        |p| {
+            near_segment(p, &[-1.0, -0.5, 0.0], &[0.0, 0.6, 0.3], 0.15)
+                || near_segment(p, &[0.0, 0.6, 0.3], &[0.4, -0.6, 0.5], 0.15)
+                || near_segment(p, &[0.4, -0.6, 0.5], &[1.0, 0.4, -0.4], 0.15)
+        },
+    ),
 ];
 
 /// Above or below a triangle by less than r, or near one of its sides.
@@ -335,7 +446,10 @@ fn every_shape_has_a_predicate() {
             .into_iter()
             .find_map(|list| list.first());
         if let Some(example) = first {
-            let known = PLANE.iter().chain(SOLIDS).any(|(shape, _)| shape == example);
+            let known = PLANE
+                .iter()
+                .chain(SOLIDS)
+                .any(|(shape, _)| shape == example);
             assert!(known, "no predicate for {example}");
         }
     }
@@ -384,7 +498,10 @@ fn check((shape, inside, dimension): &(&str, Inside, usize)) -> Result<(), Strin
             .iter()
             .map(|place| norm(&minus(point, place)))
             .fold(f64::INFINITY, f64::min);
-        let edge = REACH - point.iter().fold(0.0, |most: f64, part| most.max(part.abs()));
+        let edge = REACH
+            - point
+                .iter()
+                .fold(0.0, |most: f64, part| most.max(part.abs()));
         // The border that is nearest may lie outside of the grid.
         let unseen = distance > edge;
         // The grid misses thin tips, up to a few cells of them.
@@ -392,7 +509,9 @@ fn check((shape, inside, dimension): &(&str, Inside, usize)) -> Result<(), Strin
         let too_far = value.abs() > distance + tolerance;
         let too_near = !bound && !unseen && value > 0.0 && value < distance - tolerance;
         if too_far || too_near {
-            return Err(format!("{shape} is {value} at {point:?}, {distance} from the border"));
+            return Err(format!(
+                "{shape} is {value} at {point:?}, {distance} from the border"
+            ));
         }
     }
     Ok(())

@@ -39,6 +39,10 @@ pub(crate) fn ways(dimension: usize) -> Vec<Vec<Vec<f64>>> {
         from.iter().zip(to).map(|(a, b)| a + t * (b - a)).collect()
     };
     ends.chunks(2)
-        .map(|pair| (0..=STEPS).map(|step| point(&pair[0], &pair[1], step)).collect())
+        .map(|pair| {
+            (0..=STEPS)
+                .map(|step| point(&pair[0], &pair[1], step))
+                .collect()
+        })
         .collect()
 }

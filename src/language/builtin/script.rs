@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::{Code, Diagnostic, Span, shorten};
 use crate::file::{self, FileError};
 use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
 use crate::language::session::Session;
+use crate::language::settings::quoted;
 use crate::language::show::show;
 use crate::language::tracer::first_axis;
 use crate::language::value::{Outcome, Value, failure};
@@ -43,7 +44,7 @@ pub(super) const TABLE: &[Builtin] = &[
     pure(
         "load",
         &["path"],
-        "The field that a file holds; a relative path starts at the script's folder. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
+        "The field that a file holds; a relative path starts at the folder of the script or module. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
         load,
     ),
     action(
@@ -54,6 +55,12 @@ pub(super) const TABLE: &[Builtin] = &[
             let text = documentation(&arguments.value("of"));
             print(session, arguments, &text)
         },
+    ),
+    action(
+        "time",
+        &[],
+        "Seconds since the program began: the difference of two is what lies between them. The only value that differs from run to run.",
+        |session, _| Ok(Value::Number(session.begun.elapsed().as_secs_f64())),
     ),
     pure(
         "json",
@@ -90,7 +97,9 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".into(),
             };
-            Err(failure(Code::AssertionFailed, message).at(place, "this does not hold"))
+            let mut error = failure(Code::AssertionFailed, message).at(place, "this does not hold");
+            error.help = failed_comparison(session, place);
+            Err(error)
         }
         other => {
             let mut error = arguments.expected("a condition", "condition", &other);
@@ -98,6 +107,17 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             Err(error)
         }
     }
+}
+
+/// What was compared last in an assertion's condition, if that is why it does not hold.
+fn failed_comparison(session: &Session, place: Span) -> Option<String> {
+    let (span, left, right) = session.failed_comparison.as_ref()?;
+    let within = span.source == place.source && place.to(*span) == place;
+    let [left, right] = [left, right].map(quoted);
+    within.then(|| {
+        let (left, right) = (shorten(&left), shorten(&right));
+        format!("the left side is {left}, the right side is {right}")
+    })
 }
 
 fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
@@ -232,7 +252,11 @@ fn documentation(value: &Value) -> String {
             (closure.signature(), closure.documentation.as_deref())
         }
         Value::Module(module) => (
-            format!("{}: {}", show(value, None), module.scope.names_here().join(", ")),
+            format!(
+                "{}: {}",
+                show(value, None),
+                module.scope.names_here().join(", ")
+            ),
             module.documentation.as_deref(),
         ),
         Value::Field(field) => (show(value, None), field.documentation()),

@@ -205,9 +205,19 @@ impl Session {
         }
         let scope = Scope::inside(&closure.scope);
         self.depth += 1;
+        // A module's functions find files where the module does.
+        let outer = match self.modules.units.is_empty() {
+            true => None,
+            false => scope
+                .unit()
+                .map(|unit| std::mem::replace(&mut self.unit, unit)),
+        };
         let value = self
             .bind_arguments(closure, arguments, span, &scope)
             .and_then(|()| self.expression(&closure.function.body, &scope));
+        if let Some(outer) = outer {
+            self.unit = outer;
+        }
         self.depth -= 1;
         // What fails inside the library has no place but this call.
         value.map_err(|error| {

@@ -121,9 +121,6 @@ impl Session {
             },
             Some(Binding::Lazy(..)) if !self.acting => Ok(Value::Unknown),
             Some(Binding::Lazy(statement, unit)) => {
-                let Some(unit) = unit.upgrade() else {
-                    return Ok(Value::Unknown);
-                };
                 // It is run as if it were its turn in its file, whoever asks for it.
                 let outer = std::mem::replace(&mut self.unit, Rc::clone(&unit));
                 let level = std::mem::take(&mut self.graph.level);
@@ -344,10 +341,18 @@ impl Session {
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
             let spans = [span, operand.span];
+            let compared = left.clone();
             let [right, holds] = match [&left, &right].iter().any(|one| one.has_function()) {
                 true => self.compare_functions(*operator, [left, right], spans, span)?,
                 false => self.apply_comparison(*operator, [left, right], spans, span)?,
             };
+            match holds {
+                Value::Bool(false) => {
+                    self.failed_comparison = Some((span, compared, right.clone()));
+                }
+                // An older failure at this place is no longer true.
+                _ => self.failed_comparison = None,
+            }
             all = Some(match all {
                 None => holds,
                 Some(before) => self.both(before, holds, span)?,

@@ -12,3 +12,5 @@ mod pointwise;
 mod sequence;
 mod statement;
 mod with;
+
+pub(super) use with::{World, WorldKey};

@@ -17,18 +17,18 @@ impl Session {
         operands: &[Argument],
         span: Span,
     ) -> Outcome<Option<Value>> {
-        let applies = |value: &Value| {
-            matches!(
-                value,
-                Value::Number(_)
-                    | Value::Bool(_)
-                    | Value::Symbol(_)
-                    | Value::Condition(_)
-                    | Value::Interval(_)
-                    | Value::List(_)
-                    | Value::Function(_)
-                    | Value::Field(_)
-            )
+        let applies = |value: &Value| match value {
+            // What `print` or `len` give is no number.
+            Value::Function(FunctionValue::Builtin(builtin)) => builtin.lifts,
+            Value::Number(_)
+            | Value::Bool(_)
+            | Value::Symbol(_)
+            | Value::Condition(_)
+            | Value::Interval(_)
+            | Value::List(_)
+            | Value::Function(_)
+            | Value::Field(_) => true,
+            _ => false,
         };
         let values = || operands.iter().map(|operand| &operand.value);
         if !values().any(Value::has_function) || !values().all(applies) {

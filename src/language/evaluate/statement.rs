@@ -38,14 +38,14 @@ impl Session {
                 if names.iter().any(|name| unknown(name)) {
                     let later = Rc::new(statement.clone());
                     for name in names {
-                        let unit = Rc::downgrade(&self.unit);
+                        let unit = Rc::clone(&self.unit);
                         scope.bind(&name.text, Binding::Lazy(Rc::clone(&later), unit));
                     }
                 }
             }
             StatementKind::Field { name, .. } if unknown(name) => {
                 let later = Rc::new(statement.clone());
-                scope.bind(&name.text, Binding::Lazy(later, Rc::downgrade(&self.unit)));
+                scope.bind(&name.text, Binding::Lazy(later, Rc::clone(&self.unit)));
                 if self.is_in_main() {
                     self.postponed.push(statement.clone());
                 }

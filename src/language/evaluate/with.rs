@@ -4,12 +4,14 @@
 //! graph: for another value of one, the definitions that the subject needs are run again, in a
 //! scope of their own, and the subject is evaluated there.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::diagnostic::{Code, Diagnostic, Span, suggest};
+use crate::graph::NodeId;
 use crate::language::function::At;
 use crate::language::mention;
 use crate::language::parameters;
@@ -19,6 +21,39 @@ use crate::language::settings;
 use crate::language::unit::Unit;
 use crate::language::value::{Outcome, Value, failure};
 use crate::syntax::tree::{Expression, Name};
+
+/// Of so many changes of settings the definitions are kept, so that a `with` in a loop runs them
+/// once; the oldest go.
+const KEPT_WORLDS: usize = 64;
+
+/// An error that has more places than this is not told of more `with`s.
+const MOST_LABELS: usize = 3;
+
+/// See [`Session::world_key`].
+pub(in crate::language) type WorldKey = (Arc<str>, Vec<usize>, Vec<(Arc<str>, String)>);
+
+/// Definitions that have been run under certain settings, and what came of them.
+#[derive(Clone, Debug)]
+pub(in crate::language) struct World {
+    unit: Rc<Unit>,
+    parameters: parameters::Parameters,
+    settings: settings::Settings,
+    modules: FxHashMap<PathBuf, Rc<Unit>>,
+    numbers: FxHashMap<NodeId, f64>,
+}
+
+impl World {
+    /// Nothing has been run in it yet.
+    fn new(session: &Session, unit: &Unit) -> World {
+        World {
+            unit: unit.fresh(&session.prelude()),
+            parameters: session.parameters.clone(),
+            settings: session.settings.clone(),
+            modules: FxHashMap::default(),
+            numbers: FxHashMap::default(),
+        }
+    }
+}
 
 /// A setting's full name and the value that it is given.
 type Change = (Arc<str>, Value);
@@ -185,29 +220,62 @@ impl Session {
             let statements = unit.statements.borrow();
             mention::needed(&statements[..done.min(statements.len())], [subject])
         };
-        let fresh = unit.fresh(&self.prelude());
-        let parameters = self.parameters.clone();
-        let settings = self.settings.clone();
+        let outside = self.parameters.clone();
         let overriding = self.overriding.clone();
-        let modules = std::mem::take(&mut self.modules.units);
-        let numbers = std::mem::take(&mut self.plain_numbers);
-        let outer = std::mem::replace(&mut self.unit, Rc::clone(&fresh));
         self.overriding.extend(changes);
+        let key = self.world_key(&unit, &places);
+        let world = match self.worlds.get(&key) {
+            Some(world) => world.clone(),
+            None => World::new(self, &unit),
+        };
+        let is_new = world.unit.done.get() == 0;
+        let fresh = Rc::clone(&world.unit);
+        let before = self.enter(world);
         self.runs_again += 1;
         let scope = scope.moved(&unit.scope, &fresh.scope);
-        let value = self
-            .run_definitions(&fresh, places)
-            .map_err(|error| Box::new(error.label(span, "because of this `with`")))
+        let made = match is_new {
+            true => self
+                .run_definitions(&fresh, places)
+                .map_err(|error| because_of(error, span)),
+            false => Ok(()),
+        };
+        let is_made = made.is_ok();
+        let value = made
             .and_then(|()| self.usable(subject, &scope))
-            .and_then(|value| self.settled(value, &parameters, subject.span));
+            .and_then(|value| self.settled(value, &outside, subject.span));
         self.runs_again -= 1;
-        self.unit = outer;
-        self.plain_numbers = numbers;
-        self.modules.units = modules;
+        let world = self.enter(before);
         self.overriding = overriding;
-        self.settings = settings;
-        self.parameters = parameters;
+        if is_made {
+            if self.worlds.len() >= KEPT_WORLDS {
+                self.worlds.shift_remove_index(0);
+            }
+            self.worlds.insert(key, world);
+        }
         value
+    }
+
+    /// What decides what definitions that are run again give: whose they are, which ones, and
+    /// the settings.
+    fn world_key(&self, unit: &Unit, places: &[usize]) -> WorldKey {
+        let mut changes: Vec<(Arc<str>, String)> = self
+            .overriding
+            .iter()
+            .map(|(name, value)| (Arc::clone(name), settings::quoted(value)))
+            .collect();
+        changes.sort();
+        (Arc::clone(&unit.prefix), places.to_vec(), changes)
+    }
+
+    /// Goes over to other definitions, and gives the present ones.
+    fn enter(&mut self, world: World) -> World {
+        World {
+            unit: std::mem::replace(&mut self.unit, world.unit),
+            parameters: std::mem::replace(&mut self.parameters, world.parameters),
+            settings: std::mem::replace(&mut self.settings, world.settings),
+            modules: std::mem::replace(&mut self.modules.units, world.modules),
+            numbers: std::mem::replace(&mut self.plain_numbers, world.numbers),
+        }
     }
 
     /// A value for use outside of the definitions that were run again: parameters whose defaults
@@ -261,6 +329,14 @@ pub(super) fn depends(name: &str, span: Span) -> Box<Diagnostic> {
             .into(),
     );
     error
+}
+
+/// Says for which `with` definitions were run again, for the innermost few.
+fn because_of(error: Box<Diagnostic>, span: Span) -> Box<Diagnostic> {
+    match error.labels.len() {
+        0..=MOST_LABELS => Box::new(error.label(span, "because of this `with`")),
+        _ => error,
+    }
 }
 
 fn given_once(bindings: &[(Name, Expression)]) -> Outcome<()> {

@@ -139,8 +139,8 @@ fn list<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, Dee
 }
 
 /// Runs of text and escapes, at least one.
-fn characters<'source>() -> Rule<'source, String> {
-    pick(Expectation::CloseInterpolation, |token| {
+fn characters<'source>(expectation: Expectation) -> Rule<'source, String> {
+    pick(expectation, |token| {
         matches!(token, Token::TextRun | Token::TextEscape).then_some(token)
     })
     .map_with(|token, place: &mut Place<'source, '_>| {
@@ -162,7 +162,7 @@ fn characters<'source>() -> Rule<'source, String> {
 /// A string without interpolations.
 pub(super) fn literal<'source>(expectation: Expectation) -> Rule<'source, Literal> {
     token(Token::StringStart, expectation)
-        .ignore_then(characters().or_not())
+        .ignore_then(characters(Expectation::PlainText).or_not())
         .then_ignore(token(Token::StringEnd, Expectation::PlainText))
         .map_with(|characters, place: &mut Place<'source, '_>| Literal {
             text: characters.unwrap_or_default().into(),
@@ -173,7 +173,7 @@ pub(super) fn literal<'source>(expectation: Expectation) -> Rule<'source, Litera
 
 /// `"…{e:.3}…"`: runs of text and escapes become one literal each.
 fn text<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, DeepExpression> {
-    let characters = characters()
+    let characters = characters(Expectation::CloseInterpolation)
         .map(|characters| Deep::new(TextPart::Literal(characters.into()), 0))
         .boxed();
     let precision = token(Token::Format, Expectation::Format)

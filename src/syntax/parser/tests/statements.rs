@@ -12,7 +12,7 @@ fn definitions() {
         ("param r = 1 in 0.1..3", "(param r 1 (.. 0.1 3))"),
         ("param c = [[0, 1], [2, 3]]", "(param c [[0 1] [2 3]])"),
         ("setting n = 12 in 3..64", "(setting n 12 (.. 3 64))"),
-        ("setting style = \"a\"", "(setting style \"a\")"),
+        ("setting style = \"a\"", "(setting style (text \"a\"))"),
         ("import \"a/\\u{62}.imp\" as b", "(import \"a/b.imp\" b)"),
         ("import \"\" as b", "(import \"\" b)"),
         ("test \"t\" { assert(a) }", "(test \"t\" {(call assert a)})"),
