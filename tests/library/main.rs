@@ -8,6 +8,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod distance;
+mod formulas;
 mod membership;
 mod names;
 mod points;

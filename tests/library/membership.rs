@@ -59,7 +59,10 @@ fn regular(n: usize, r: f64, turn: f64) -> Vec<[f64; 2]> {
 
 fn star(n: usize, r: f64, inner: f64) -> Vec<[f64; 2]> {
     let corner = |i: usize| {
-        let (angle, r) = (PI * i as f64 / n as f64, if i % 2 == 0 { r } else { inner });
+        let (angle, r) = (
+            PI * i as f64 / n as f64,
+            if i.is_multiple_of(2) { r } else { inner },
+        );
         [r * angle.cos(), r * angle.sin()]
     };
     (0..2 * n).map(corner).collect()
@@ -242,7 +245,7 @@ const PLANE: &[(&str, Inside)] = &[
         let arc = angle < half && (x.hypot(y) - 0.8).abs() < 0.15;
         let along = x * half.cos() + y * half.sin();
         let across = x * half.sin() - y * half.cos();
-        arc || (0.0 <= along && along < 0.4 && (across - 0.8).abs() < 0.15)
+        arc || ((0.0..0.4).contains(&along) && (across - 0.8).abs() < 0.15)
     }),
 ];
 
