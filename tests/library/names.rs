@@ -37,6 +37,16 @@ fn shapes_read_in_the_order_in_which_things_happen() {
     assert_eq!(run.stdout, "-1 -0.5\n[0, 0, 1] 0\n-0.5 -1.25\n");
 }
 
+#[test]
+fn functions_are_shapes_too() {
+    let text = "let f = p -> norm(p) - 1\n\
+                print(f.translate([1, 0, 0])(1, 0, 0), f.scale(2)(3, 0, 0), f.extrude(4)(3, 0, 0))\n\
+                print(((x, y) -> x).rotate(90deg)(0, 5), ((x, y) -> x - 1).revolve()(0, 3, 0))\n\
+                print(union(f, box(1))(2, 0, 0), f.repeat(3, 3)(3, 3, 3))";
+    let run = script(text).well();
+    assert_eq!(run.stdout, "-1 1 2\n5 2\n1 -1\n");
+}
+
 /// A shape may be made of parameters, in a field and outside: they stay variables.
 #[test]
 fn parameters_stay_variables_in_shapes() {

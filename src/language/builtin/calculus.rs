@@ -49,9 +49,12 @@ pub(super) const TABLE: &[Builtin] = &[
     pure(
         "dimension",
         &["f"],
-        "The number of coordinates of a field.",
+        "The number of coordinates of a field; of a function, that of the field that `as_field` makes of it.",
         |_, arguments| match arguments.value("f") {
             Value::Field(field) => Ok(Value::Number(field.dimension() as f64)),
+            Value::Function(function) => Ok(Value::Number(assumed_dimension(
+                function.parameter_count(),
+            ) as f64)),
             other => Err(arguments.expected("a field", "f", &other)),
         },
     ),
@@ -94,6 +97,12 @@ pub(super) fn operator(
     }
 }
 
+/// In how many dimensions a function with so many parameters lives: one for each coordinate, or
+/// one for a point in space.
+fn assumed_dimension(parameters: usize) -> usize {
+    if parameters == 2 { 2 } else { 3 }
+}
+
 fn as_field(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let given = arguments.count(session, "dimension")?;
     let asked = given.unwrap_or(3) as usize;
@@ -106,9 +115,9 @@ fn as_field(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         Value::Field(field) => field,
         Value::Function(function) => {
             let parameters = function.parameter_count();
-            let dimension = match (given, parameters) {
-                (None, 2 | 3) => parameters,
-                _ => asked,
+            let dimension = match given {
+                None => assumed_dimension(parameters),
+                Some(_) => asked,
             };
             let as_point = parameters == 1 && dimension > 1;
             session.function_as_field(&function, dimension, as_point, place)?
