@@ -7,9 +7,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use imp::library::entries;
 
-use super::distance::probe;
-use super::points::REACH;
-use super::{assert_none, failures, promise};
+use super::points::{self, REACH};
+use super::{assert_none, failures, printed, promise};
 
 type Inside = fn(&[f64]) -> bool;
 
@@ -489,10 +488,15 @@ fn check((shape, inside, dimension): &(&str, Inside, usize)) -> Result<(), Strin
     let side = 2.0 * REACH / cells as f64;
     let border = border(*inside, *dimension, cells);
     let bound = shape.starts_with("ellips");
-    let probes = probe(shape)?;
-    for probe in probes.iter().filter(|probe| !probe.special).take(100) {
-        let value = probe.values[0];
-        let point = &probe.point;
+    let points = points::random(*dimension, 100);
+    let text = format!("let f = {shape}\nfor p in {points:?} {{ print(json(f(p))) }}\n");
+    let lines = printed(&text).map_err(|error| format!("{shape}: {error}"))?;
+    assert_eq!(lines.len(), points.len());
+    for (point, line) in points.iter().zip(&lines) {
+        let value: f64 = line.parse().unwrap_or(f64::NAN);
+        if value.is_nan() {
+            return Err(format!("{shape} is {line} at {point:?}"));
+        }
         // Predicates of curves are made of many points: 2e-3 is beyond their steps.
         if value.abs() > 2e-3 && inside(point) != (value < 0.0) {
             return Err(format!("{shape} is {value} at {point:?}"));
