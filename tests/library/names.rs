@@ -1,5 +1,7 @@
 //! The library's names in a file: visible everywhere, replaceable, and never to blame.
 
+use imp::library::entries;
+
 use super::common::{imp, script};
 
 #[test]
@@ -153,4 +155,28 @@ fn commands_take_shapes() {
     ];
     let run = imp(&[&mesh[..], &more[..]].concat()).well();
     assert_eq!(run.json()["genus"], 0);
+}
+
+/// Every name that the library's texts use exists, also where no example goes: each section is a
+/// correct file by itself.
+#[test]
+fn the_library_is_written_correctly() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut sections: Vec<(&str, String)> = Vec::new();
+    for entry in entries() {
+        match sections.last_mut() {
+            Some((section, text)) if *section == entry.section => {
+                text.push_str("\n\n");
+                text.push_str(entry.text);
+            }
+            _ => sections.push((entry.section, entry.text.to_string())),
+        }
+    }
+    assert!(sections.len() >= 8);
+    for (section, text) in sections {
+        let file = folder.path().join("section.imp");
+        std::fs::write(&file, text).unwrap();
+        let run = imp(&["check", file.to_str().unwrap()]);
+        assert_eq!(run.code, 0, "{section}\n{}", run.stderr);
+    }
 }
