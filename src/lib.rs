@@ -32,6 +32,8 @@ pub mod picture;
 
 pub mod file;
 
+pub mod library;
+
 pub mod language;
 
 pub mod shell;

@@ -15,6 +15,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),
+    ("library", &[]),
     (
         "language",
         &[
@@ -28,6 +29,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "inspect",
             "picture",
             "file",
+            "library",
         ],
     ),
     (

@@ -208,7 +208,7 @@ fn what_cannot_be_is_said_and_leaves_no_file() {
         (&["disc", "--step", "0"], 1, "E0309"),
         (&["free"], 1, "E0402"),
         (&["pair"], 1, "E0403"),
-        (&["nothing"], 1, "E0201"),
+        (&["nowhere"], 1, "E0201"),
         (&["ball", "--perspective", "wide"], 2, "--perspective"),
     ] {
         let words = [&["render", "scene.imp"], words, &["-o", "a.png"]].concat();

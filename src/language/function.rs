@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use super::builtin::Builtin;
 use super::scope::Scope;
+use super::show::show_number;
 use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::syntax::tree::{
-    BinaryOperator, ComparisonOperator, Function, Name, Pattern, UnaryOperator,
+    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Function, Name, Pattern,
+    TextPart, UnaryOperator,
 };
 
 /// Something that can be called.
@@ -77,6 +79,45 @@ impl Closure {
     pub fn shown_name(&self) -> &str {
         self.name.as_deref().unwrap_or("this function")
     }
+
+    /// How the function is called: `name(parameters)`.
+    pub fn signature(&self) -> String {
+        let parameters = self.function.parameters.iter().map(|parameter| {
+            let name = match &parameter.pattern {
+                Pattern::Name(name) => &*name.text,
+                Pattern::List(..) => "[…]",
+            };
+            match &parameter.default {
+                _ if parameter.rest => format!("{name}.."),
+                None => name.to_string(),
+                Some(default) => format!("{name} = {}", short(default)),
+            }
+        });
+        let parameters: Vec<String> = parameters.collect();
+        format!("{}({})", self.shown_name(), parameters.join(", "))
+    }
+}
+
+/// A default as text, if it is made of literals and names only; else `…`.
+fn short(expression: &Expression) -> String {
+    match &*expression.kind {
+        ExpressionKind::Number(number) => show_number(*number, None),
+        ExpressionKind::Bool(value) => value.to_string(),
+        ExpressionKind::Name(name) => name.text.to_string(),
+        ExpressionKind::Text(parts) => match parts.as_slice() {
+            [TextPart::Literal(text)] => format!("\"{text}\""),
+            _ => "…".into(),
+        },
+        ExpressionKind::Unary {
+            operator: UnaryOperator::Negate,
+            operand,
+        } => format!("-{}", short(operand)),
+        ExpressionKind::List(elements) => {
+            let elements: Vec<String> = elements.iter().map(short).collect();
+            format!("[{}]", elements.join(", "))
+        }
+        _ => "…".into(),
+    }
 }
 
 impl FunctionValue {
@@ -97,7 +138,9 @@ impl FunctionValue {
         match self {
             FunctionValue::Closure(closure) => {
                 let parameters = &closure.function.parameters;
-                let needed = parameters.iter().filter(|one| one.default.is_none());
+                let needed = parameters
+                    .iter()
+                    .filter(|one| one.default.is_none() && !one.rest);
                 match needed.count() {
                     0 => parameters.len(),
                     count => count,
@@ -187,14 +230,15 @@ fn unknown_argument(
     error
 }
 
-/// The names of a function's parameters, for [`match_arguments`]; patterns have none.
+/// The names of a function's parameters, for [`match_arguments`]; patterns have none, and
+/// neither has `name..`.
 pub fn parameter_names(function: &Function) -> Vec<Option<&str>> {
     function
         .parameters
         .iter()
         .map(|parameter| match &parameter.pattern {
-            Pattern::Name(name) => Some(&*name.text),
-            Pattern::List(..) => None,
+            Pattern::Name(name) if !parameter.rest => Some(&*name.text),
+            _ => None,
         })
         .collect()
 }

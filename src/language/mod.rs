@@ -13,6 +13,7 @@ pub mod field;
 pub mod function;
 mod inspection;
 pub mod json;
+pub mod library;
 pub mod limits;
 pub mod list;
 mod mention;

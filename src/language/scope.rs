@@ -1,13 +1,14 @@
 //! Scopes: what a name is bound to.
 
 use std::cell::{Cell, OnceCell, RefCell};
-use std::rc::Rc;
+use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
 use super::unit::Unit;
 use super::value::Value;
+use crate::library::Entry;
 use crate::syntax::tree::Statement;
 
 thread_local! {
@@ -35,6 +36,8 @@ pub enum Binding {
     Variable(Value),
     /// A definition of that file that needs actions, and is run when it is first asked for.
     Lazy(Rc<Statement>, Rc<Unit>),
+    /// A definition of the library, and the scope to evaluate it in when it is first asked for.
+    Library(&'static Entry, Weak<Scope>),
 }
 
 impl Default for Scope {

@@ -12,6 +12,7 @@ use super::builtin;
 use super::evaluate::{World, WorldKey};
 use super::field::FieldValue;
 use super::function::{Argument, FunctionValue};
+use super::library;
 use super::limits::Limits;
 use super::module::Modules;
 use super::parameters::Parameters;
@@ -151,7 +152,7 @@ impl Session {
         for (name, value) in builtin::CONSTANTS {
             prelude.bind(&Arc::from(*name), Binding::Constant(Value::Number(*value)));
         }
-        let main = Unit::new(&prelude, Arc::from(""), input_directory);
+        let main = Unit::new(&library::scope(&prelude), Arc::from(""), input_directory);
         Session {
             graph: Tracer::default(),
             parameters: Parameters::default(),

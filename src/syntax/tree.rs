@@ -180,6 +180,8 @@ pub struct FunctionParameter {
     pub pattern: Pattern,
     /// Used where the call gives none; evaluated in the function's own scope.
     pub default: Option<Expression>,
+    /// `name..`: the list of all arguments without a name from here on.
+    pub rest: bool,
 }
 
 /// `{ statements }`; its value is that of the last statement if that is an expression.

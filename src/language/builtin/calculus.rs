@@ -7,7 +7,7 @@ use super::{Arguments, Builtin, pure};
 use crate::diagnostic::Code;
 use crate::graph::{Node, NodeId, Op, derive};
 use crate::language::arithmetic::{apply, node_of, value_of_node};
-use crate::language::field::{derivatives, differentiate, lift, rebuild};
+use crate::language::field::{FieldValue, derivatives, differentiate, lift, rebuild};
 use crate::language::function::{At, FunctionValue};
 use crate::language::session::Session;
 use crate::language::tracer::{Tracer, first_axis};
@@ -47,6 +47,34 @@ pub(super) const TABLE: &[Builtin] = &[
         |session, arguments| operator(session, arguments, laplacian),
     ),
     pure(
+        "dimension",
+        &["f"],
+        "The number of coordinates of a field; of a function, that of the field that `as_field` makes of it.",
+        |_, arguments| match arguments.value("f") {
+            Value::Field(field) => Ok(Value::Number(field.dimension() as f64)),
+            Value::Function(function) => Ok(Value::Number(assumed_dimension(
+                function.parameter_count(),
+            ) as f64)),
+            other => Err(arguments.expected("a field", "f", &other)),
+        },
+    ),
+    pure(
+        "parameter_count",
+        &["f"],
+        "How many arguments a function or field takes: a field takes its coordinates.",
+        |_, arguments| match arguments.value("f") {
+            Value::Field(field) => Ok(Value::Number(field.dimension() as f64)),
+            Value::Function(function) => Ok(Value::Number(function.parameter_count() as f64)),
+            other => Err(arguments.expected("a function or a field", "f", &other)),
+        },
+    ),
+    pure(
+        "as_field",
+        &["f", "dimension = 3"],
+        "The field of a function of a point, or of as many coordinates as there are dimensions; a number is the field that has this value everywhere. A field stays as it is.",
+        as_field,
+    ),
+    pure(
         "diff",
         &["f", "variable"],
         "The derivative of a field, or of an expression inside one, by a parameter or coordinate; by a list of them, the list of derivatives: entries of F_q.",
@@ -67,6 +95,46 @@ pub(super) fn operator(
         Value::Function(function) => Ok(waiting(arguments, function, &[])),
         other => Err(arguments.expected("a field or a function", subject, &other)),
     }
+}
+
+/// In how many dimensions a function with so many parameters lives: one for each coordinate, or
+/// one for a point in space.
+fn assumed_dimension(parameters: usize) -> usize {
+    if parameters == 2 { 2 } else { 3 }
+}
+
+fn as_field(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let given = arguments.count(session, "dimension")?;
+    let asked = given.unwrap_or(3) as usize;
+    if !(1..=3).contains(&asked) {
+        let message = format!("fields live in 1, 2 or 3 dimensions, not in {asked}");
+        return Err(arguments.bad("dimension", message));
+    }
+    let place = arguments.place("f");
+    let field = match arguments.value("f") {
+        Value::Field(field) => field,
+        Value::Function(function) => {
+            let parameters = function.parameter_count();
+            let dimension = match given {
+                None => assumed_dimension(parameters),
+                Some(_) => asked,
+            };
+            let as_point = parameters == 1 && dimension > 1;
+            session.function_as_field(&function, dimension, as_point, place)?
+        }
+        number @ (Value::Number(_) | Value::Symbol(_)) => {
+            FieldValue::new(asked, session.graph.level, number, None)?
+        }
+        other => return Err(arguments.expected("a field or a function", "f", &other)),
+    };
+    if given.is_some() && field.dimension() != asked {
+        let message = format!(
+            "expected a field in R{asked}, but this one is in R{}",
+            field.dimension()
+        );
+        return Err(failure(Code::WrongDimension, message).at(place, "this field"));
+    }
+    Ok(Value::Field(field))
 }
 
 /// An operator applied to a function, which waits for the point.

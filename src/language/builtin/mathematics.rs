@@ -23,6 +23,7 @@ const NOT_FUNCTIONS: &[Op] = &[
     Op::IntegerPower,
     Op::Min,
     Op::Max,
+    Op::Round,
     Op::Less,
     Op::LessEqual,
     Op::Equal,
@@ -90,6 +91,15 @@ pub(super) const TABLE: &[Builtin] = &[
         &["x"],
         "The cube root, of negative numbers too: sign(x) * abs(x)^(1/3).",
         cube_root,
+    ),
+    mathematical(
+        "round",
+        &["x", "radius ="],
+        "The nearest whole number, halves away from 0; of a field with a radius, the field x - radius, whose edges are round where x is a distance.",
+        |session, arguments| match arguments.given("radius") {
+            None => apply_operation(session, Op::Round, arguments),
+            Some(_) => apply_operation(session, Op::Subtract, arguments),
+        },
     ),
     mathematical(
         "fract",

@@ -29,10 +29,10 @@ pub(super) const TABLE: &[Builtin] = &[
             print(session, arguments, &words.join(" "))
         },
     ),
-    action(
+    pure(
         "assert",
         &["condition", "message ="],
-        "Ends the program with an error unless the condition holds.",
+        "Ends the program with an error unless the condition holds. In a field a condition on parameters is tested at their present values, and one on the point not at all.",
         assert,
     ),
     action(
@@ -81,9 +81,16 @@ fn print(session: &mut Session, arguments: &Arguments, line: &str) -> Outcome<Va
 }
 
 fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    // A script's own assertions are among its actions; those of functions and fields are about
+    // what they are given.
+    if !session.acting && session.depth == 0 && session.graph.level == 0 {
+        return Ok(Value::Unknown);
+    }
     let place = arguments.place("condition");
     let message = arguments.text("message")?;
-    match session.plain(arguments.value("condition"), place)? {
+    match session.present(arguments.value("condition")) {
+        // It depends on the point: there is no one answer.
+        Value::Condition(_) => Ok(Value::Nothing),
         Value::Bool(true) => Ok(Value::Nothing),
         Value::Bool(false) => {
             let message = match message {
@@ -241,9 +248,16 @@ fn documentation(value: &Value) -> String {
         Value::Function(FunctionValue::Builtin(builtin)) => {
             (builtin.signature(), Some(builtin.documentation))
         }
-        Value::Function(FunctionValue::Closure(closure)) => (
-            closure.shown_name().to_string(),
-            closure.documentation.as_deref(),
+        Value::Function(FunctionValue::Closure(closure)) => {
+            (closure.signature(), closure.documentation.as_deref())
+        }
+        Value::Module(module) => (
+            format!(
+                "{}: {}",
+                show(value, None),
+                module.scope.names_here().join(", ")
+            ),
+            module.documentation.as_deref(),
         ),
         Value::Field(field) => (show(value, None), field.documentation()),
         other => (other.kind().to_string(), None),

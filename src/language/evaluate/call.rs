@@ -13,7 +13,7 @@ use crate::language::product;
 use crate::language::scope::Scope;
 use crate::language::session::{BranchKind, Session};
 use crate::language::value::{Outcome, Value, failure};
-use crate::syntax::tree::{self, Expression, ExpressionKind, Name, Pattern};
+use crate::syntax::tree::{self, Expression, ExpressionKind, Function, Name, Pattern};
 
 /// How deep functions are followed where it is unknown whether they are called at all, and so
 /// where their recursion ends.
@@ -219,21 +219,31 @@ impl Session {
             self.unit = outer;
         }
         self.depth -= 1;
-        value
+        // What fails inside the library has no place but this call.
+        value.map_err(|error| {
+            let label = format!("in this call of `{}`", closure.shown_name());
+            error.at(span, &label)
+        })
     }
 
     fn bind_arguments(
         &mut self,
         closure: &Closure,
-        arguments: Vec<Argument>,
+        mut arguments: Vec<Argument>,
         span: Span,
         scope: &Rc<Scope>,
     ) -> Outcome<()> {
         let function = &closure.function;
         let shown = closure.shown_name();
+        let rest = take_rest(function, &mut arguments);
         let places = match_arguments(shown, &parameter_names(function), arguments)
             .at(span, "in this call")?;
         for (parameter, argument) in function.parameters.iter().zip(places) {
+            if parameter.rest {
+                let list = Value::list(rest.iter().map(|rest| rest.value.clone()).collect());
+                self.bind(&parameter.pattern, list, span, scope)?;
+                continue;
+            }
             let (value, place) = match (argument, &parameter.default) {
                 (Some(argument), _) => (argument.value, argument.span),
                 (None, Some(default)) => (self.usable(default, scope)?, default.span),
@@ -362,6 +372,26 @@ impl Session {
             crate::language::arithmetic::solid_of(&self.graph, &body).at(span, "as a field")?;
         FieldValue::new(dimension, self.graph.level, body, None).at(span, "as a field")
     }
+}
+
+/// Takes the arguments that belong to the parameter `name..`, if there is one: all without a
+/// name from its place on.
+fn take_rest(function: &Function, arguments: &mut Vec<Argument>) -> Vec<Argument> {
+    let Some(first) = function
+        .parameters
+        .iter()
+        .position(|parameter| parameter.rest)
+    else {
+        return Vec::new();
+    };
+    let mut place = 0;
+    let is_rest = |argument: &Argument| {
+        place += usize::from(argument.name.is_none());
+        argument.name.is_none() && place > first
+    };
+    let (rest, others) = std::mem::take(arguments).into_iter().partition(is_rest);
+    *arguments = others;
+    rest
 }
 
 pub(super) fn unnamed(value: Value, span: Span) -> Argument {

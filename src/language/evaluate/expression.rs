@@ -116,6 +116,10 @@ impl Session {
     pub(crate) fn lookup(&mut self, name: &Name, scope: &Rc<Scope>) -> Outcome<Value> {
         match scope.find(&name.text) {
             Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
+            Some(Binding::Library(entry, scope)) => match scope.upgrade() {
+                Some(scope) => self.library_value(entry, &scope).at(name.span, "here"),
+                None => Ok(Value::Unknown),
+            },
             Some(Binding::Lazy(..)) if !self.acting => Ok(Value::Unknown),
             Some(Binding::Lazy(statement, unit)) => {
                 // It is run as if it were its turn in its file, whoever asks for it.
