@@ -26,9 +26,13 @@ pub mod sample;
 
 pub mod polygonize;
 
+pub mod inspect;
+
 pub mod picture;
 
 pub mod file;
+
+pub mod library;
 
 pub mod language;
 

@@ -12,8 +12,10 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("geometry", &[]),
     ("sample", &["engine", "geometry"]),
     ("polygonize", &["engine", "geometry"]),
+    ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),
+    ("library", &[]),
     (
         "language",
         &[
@@ -24,8 +26,10 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "inspect",
             "picture",
             "file",
+            "library",
         ],
     ),
     (
@@ -38,6 +42,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "geometry",
             "sample",
             "polygonize",
+            "inspect",
             "picture",
             "file",
             "language",
@@ -52,6 +57,7 @@ const KEPT: &[(&str, &str)] = &[
     ("ariadne", "diagnostic"),
     ("cranelift", "engine/jit"),
     ("clap", "shell"),
+    ("ctrlc", "shell"),
     ("indicatif", "shell"),
     ("png", "file"),
 ];

@@ -181,8 +181,14 @@ fn exit_codes_tell_what_went_wrong() {
     assert_eq!(code(&["sample", "far.imp", "-o", "a.ply"]), 4);
     assert_eq!(code(&["mesh", "ball.imp", "-o", "no/such/place/a.stl"]), 3);
     assert_eq!(code(&["mesh", "ball.imp", "-o", "a.xyz"]), 3);
-    assert_eq!(code(&["mesh", "ball.imp", "--cell", "-1"]), 1);
-    assert_eq!(code(&["mesh", "ball.imp", "--cell", "1e-9"]), 1);
+    assert_eq!(
+        code(&["mesh", "ball.imp", "-o", "a.stl", "--cell", "-1"]),
+        1
+    );
+    assert_eq!(
+        code(&["mesh", "ball.imp", "-o", "a.stl", "--cell", "1e-9"]),
+        1
+    );
     assert_eq!(code(&["frobnicate"]), 2);
     assert_eq!(code(&[]), 2);
     assert_eq!(code(&["eval", "1 +"]), 1);

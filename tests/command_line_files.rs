@@ -109,7 +109,7 @@ fn the_output_directory_is_made_when_something_is_written() {
         &["eval", "1"],
         &["info", "ball.imp"],
         &["dump", "ball.imp", "--graph"],
-        &["mesh", "ball.imp", "--cell", "0.5"],
+        &["mesh", "ball.imp", "--cell", "0.5", "--json"],
     ] {
         let words = [words, &["--out", "a/build"]].concat();
         imp_in(folder.path(), &words).well();

@@ -55,5 +55,23 @@ fn without_executable_memory_blocks_serve() {
     let text = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{text}");
     assert_eq!(text.matches("W0805").count(), 1, "{text}");
+
+    // So does the example of the warning's page.
+    let page = imp::diagnostic::Code::NoMachineCode.page();
+    let (_, example) = page.split_once("```refused\n").unwrap();
+    let (example, _) = example.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("example.imp"), example).unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_imp"))
+        .args(["run", "example.imp"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let warned = String::from_utf8(run.stderr).unwrap();
+    assert!(
+        run.status.success() && warned.contains("[W0805]"),
+        "{warned}"
+    );
+
     assert!(String::from_utf8(output.stdout).unwrap().contains("0.6"));
 }

@@ -37,7 +37,7 @@ reports! {
     equals_for_a_comparison UnexpectedToken "if a + 1 = b { print(a) }\n",
     other_languages_and UnexpectedToken "let a = b && c\n",
     a_word_for_a_name UnexpectedToken "let over = 3\n",
-    a_word_for_later UnexpectedToken "import \"parts.imp\" as parts\n",
+    import_without_a_name UnexpectedToken "import \"parts.imp\"\nlet a = 1\n",
     a_call_as_a_target UnexpectedToken "f(x) = x^2\n",
     else_missing UnexpectedToken "let a = if b then c\n",
     two_statements_on_a_line UnexpectedToken "let a = 1 let b = 2\n",

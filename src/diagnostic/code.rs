@@ -1,5 +1,7 @@
 //! The table of codes.
 
+use super::Severity;
+
 macro_rules! codes {
     ($($code:ident $name:ident $title:literal,)*) => {
         /// A stable code. Its number never changes meaning; its first digits say the stage:
@@ -21,6 +23,21 @@ macro_rules! codes {
             /// A short title.
             pub fn title(self) -> &'static str {
                 match self { $(Code::$name => $title,)* }
+            }
+
+            /// What it means, as Markdown: some sentences, then a wrong example and its repair,
+            /// each in a block of code. It stands in `explain/`, a file for each code.
+            pub fn page(self) -> &'static str {
+                match self {
+                    $(Code::$name => include_str!(
+                        concat!("explain/", stringify!($code), ".md")
+                    ),)*
+                }
+            }
+
+            /// The code that is written so, in capitals or not.
+            pub fn named(text: &str) -> Option<Code> {
+                Code::ALL.iter().copied().find(|code| code.as_str().eq_ignore_ascii_case(text))
             }
         }
     };
@@ -47,6 +64,7 @@ codes! {
     E0208 UnknownParameter "no parameter of that name",
     E0209 WhichField "no field, or several, to choose from",
     E0210 NotAtTop "definition that belongs to the top of the file",
+    E0211 ImportCircle "files that import each other in a circle",
     E0301 WrongKind "value of the wrong kind",
     E0302 LengthsDiffer "lists of different lengths",
     E0303 IndexOutOfRange "index out of range",
@@ -69,6 +87,9 @@ codes! {
     E0603 LengthLimit "list too long",
     E0604 StepLimit "too many steps",
     E0605 CellLimit "too many cells",
+    E0606 ParticleLimit "too many particles",
+    E0607 TimeLimit "too much time",
+    E0608 OutputLimit "too much output",
     E0701 CannotRead "file that cannot be read",
     E0702 NotText "file that is not UTF-8 text",
     E0703 CannotWrite "file that cannot be written",
@@ -76,15 +97,31 @@ codes! {
     E0705 UnknownFormat "unknown file format",
     E0706 WrongFormat "format that cannot hold this value",
     E0707 BadContent "file whose content is not understood",
+    E0708 OutsideInput "import from outside the allowed folders",
     W0801 NanRegion "field is not a number in part of the box",
     W0802 CutByBox "surface cut by the box",
     W0803 DroppedPoints "points dropped",
     W0804 PoorRoots "roots beyond the tolerance",
     W0805 NoMachineCode "machine code that cannot be made",
     W0806 NothingSeen "nothing to be seen in the picture",
+    W0807 UnusedParameter "parameter that nothing uses",
+    W0808 LooksLikeDegrees "angle that looks like degrees",
+    W0809 InsideOut "field whose inside is the unbounded side",
+    W0810 ConstantField "field that is constant on its box",
+    W0811 UndefinedField "field that is not a number anywhere in its box",
+    W0812 SingularPoints "gradient that vanishes on the zero set",
 }
 
 impl Code {
+    /// Whether it ends the work or only warns.
+    pub fn severity(self) -> Severity {
+        if self.as_str().starts_with('W') {
+            Severity::Warning
+        } else {
+            Severity::Error
+        }
+    }
+
     /// The program's exit code when this error ends it: 1 the script is wrong, 2 usage,
     /// 3 input or output, 4 no surface found.
     pub fn exit_code(self) -> u8 {
@@ -94,6 +131,7 @@ impl Code {
             | Code::NotText
             | Code::CannotWrite
             | Code::OutsideOutput
+            | Code::OutsideInput
             | Code::UnknownFormat
             | Code::WrongFormat
             | Code::BadContent => 3,

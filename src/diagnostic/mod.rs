@@ -6,6 +6,7 @@
 
 use std::borrow::Cow;
 
+mod advice;
 mod code;
 mod excerpt;
 pub mod render;

@@ -31,6 +31,26 @@ pub fn render(diagnostics: &[Diagnostic], sources: &Sources, color: bool) -> Str
         .collect()
 }
 
+/// One line for each diagnostic, as editors read them: `file:line:column: error[E0201]: message`.
+/// The place is that of the first label; without one the line begins with the severity.
+pub fn short(diagnostics: &[Diagnostic], sources: &Sources) -> String {
+    let mut lines = String::new();
+    for diagnostic in diagnostics {
+        if let Some(span) = diagnostic.span() {
+            let (line, column) = sources.position(span.source, span.start);
+            let name = plain(&sources.get(span.source).name);
+            lines += &format!("{name}:{line}:{column}: ");
+        }
+        let severity = match diagnostic.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        let message = plain(&diagnostic.message).replace('\n', " ");
+        lines += &format!("{severity}[{}]: {message}\n", diagnostic.code.as_str());
+    }
+    lines
+}
+
 fn render_one(diagnostic: &Diagnostic, sources: &Sources, color: bool) -> String {
     let message = plain(&diagnostic.message);
     let Some(primary) = diagnostic.span() else {

@@ -124,6 +124,26 @@ impl Format {
     ///
     /// [`FileError::UnknownFormat`] if there is none. Looks at the name only, never at the disk.
     pub fn of_path(path: &Path) -> Result<&'static Format, FileError> {
+        Format::known(path, |_| true)
+    }
+
+    /// The format that the extension chooses, if it can hold values of a kind, in the words of
+    /// [`Format::holds`]. Lets a caller refuse a file name before the work.
+    ///
+    /// [`FileError::UnknownFormat`] and [`FileError::WrongFormat`] name those that can.
+    pub fn for_kind(path: &Path, kind: &'static str) -> Result<&'static Format, FileError> {
+        let format = Format::known(path, |format| format.holds().contains(&kind))?;
+        if format.holds().contains(&kind) {
+            return Ok(format);
+        }
+        Err(format.cannot_hold(kind))
+    }
+
+    /// The format that the extension chooses; if there is none, those that suit are named.
+    fn known(
+        path: &Path,
+        suitable: impl Fn(&Format) -> bool,
+    ) -> Result<&'static Format, FileError> {
         let extension = path.extension().unwrap_or_default().to_string_lossy();
         let lower_case = extension.to_lowercase();
         FORMATS
@@ -131,7 +151,7 @@ impl Format {
             .find(|format| format.extensions.contains(&&*lower_case))
             .ok_or_else(|| FileError::UnknownFormat {
                 extension: extension.into_owned(),
-                known: list_extensions(|_| true),
+                known: list_extensions(suitable),
             })
     }
 
@@ -147,16 +167,6 @@ impl Format {
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);
         held.map(|(_, kind)| kind).collect()
-    }
-
-    /// Whether the format can hold values of a kind, in the words of [`Format::holds`].
-    ///
-    /// [`FileError::WrongFormat`] if it cannot. Lets a caller refuse a file name before the work.
-    pub fn check_holds(&self, kind: &'static str) -> Result<(), FileError> {
-        if self.holds().contains(&kind) {
-            return Ok(());
-        }
-        Err(self.cannot_hold(kind))
     }
 
     /// The error for a kind of values that the format cannot hold.

@@ -22,7 +22,7 @@ mod sample_columns;
 mod test_values;
 
 use std::fs::File;
-use std::io::{self, BufReader};
+use std::io::{self, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
@@ -33,7 +33,7 @@ use format::Writer;
 pub use format::{FORMATS, Format};
 pub use vm::FieldRoot;
 use vm::ReadError;
-pub use write::resolve;
+pub use write::{Abandoned, abandon, resolve};
 
 /// Why a file was not written or not read.
 #[derive(Debug, Error)]
@@ -72,6 +72,14 @@ pub enum FileError {
         /// The most lines that it may have.
         limit: u64,
     },
+    /// The file would have more bytes than are allowed.
+    #[error("`{}` would have more than {limit} bytes", path.display())]
+    TooLarge {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// The most bytes that it may have.
+        limit: u64,
+    },
     /// The extension of the file name belongs to no format.
     #[error("{}; known are {known}", describe_extension(extension))]
     UnknownFormat {
@@ -90,6 +98,15 @@ pub enum FileError {
         /// The extensions of the formats that can.
         suitable: String,
     },
+}
+
+/// Whether a file could be written, as far as the disk tells before the work; `made` is a folder
+/// that will be made for it. Leaves nothing behind.
+pub fn check_writable(path: &Path, made: Option<&Path>) -> Result<(), FileError> {
+    write::check_writable(path, made).map_err(|source| FileError::CannotWrite {
+        path: path.to_owned(),
+        source,
+    })
 }
 
 /// Makes a folder and those above it, unless it is there.
@@ -113,19 +130,23 @@ fn describe_extension(extension: &str) -> String {
 
 /// Writes a mesh in the format that the extension names.
 ///
-/// The file appears whole, or an error says why not and nothing has changed on the disk.
-pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<(), FileError> {
-    write_value(path, mesh, "meshes", |format| format.mesh)
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_mesh(path: &Path, mesh: &Mesh, limit: u64) -> Result<u64, FileError> {
+    write_value(path, mesh, limit, "meshes", |format| format.mesh)
 }
 
 /// Writes curves in the format that the extension names.
 ///
-/// The file appears whole, or an error says why not and nothing has changed on the disk.
-pub fn write_curves(path: &Path, curves: &Curves) -> Result<(), FileError> {
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_curves(path: &Path, curves: &Curves, limit: u64) -> Result<u64, FileError> {
     if curves.dimension == 2 {
-        write_value(path, curves, "plane curves", |format| format.plane_curves)
+        write_value(path, curves, limit, "plane curves", |format| {
+            format.plane_curves
+        })
     } else {
-        write_value(path, curves, "curves in space", |format| {
+        write_value(path, curves, limit, "curves in space", |format| {
             format.space_curves
         })
     }
@@ -133,16 +154,18 @@ pub fn write_curves(path: &Path, curves: &Curves) -> Result<(), FileError> {
 
 /// Writes samples in the format that the extension names.
 ///
-/// The file appears whole, or an error says why not and nothing has changed on the disk.
-pub fn write_samples(path: &Path, samples: &Samples) -> Result<(), FileError> {
-    write_value(path, samples, "samples", |format| format.samples)
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_samples(path: &Path, samples: &Samples, limit: u64) -> Result<u64, FileError> {
+    write_value(path, samples, limit, "samples", |format| format.samples)
 }
 
 /// Writes a picture in the format that the extension names.
 ///
-/// The file appears whole, or an error says why not and nothing has changed on the disk.
-pub fn write_image(path: &Path, image: &Image) -> Result<(), FileError> {
-    write_value(path, image, "pictures", |format| format.image)
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_image(path: &Path, image: &Image, limit: u64) -> Result<u64, FileError> {
+    write_value(path, image, limit, "pictures", |format| format.image)
 }
 
 /// Reads a field in the format that the extension names, and puts it into the graph over the
@@ -187,19 +210,51 @@ pub fn read_field(
 fn write_value<T>(
     path: &Path,
     value: &T,
+    limit: u64,
     kind: &'static str,
     writer: impl Fn(&Format) -> Option<Writer<T>>,
-) -> Result<(), FileError> {
+) -> Result<u64, FileError> {
     let format = Format::of_path(path)?;
     let Some(write_content) = writer(format) else {
         return Err(format.cannot_hold(kind));
     };
-    write::write_whole(path, |output| write_content(output, value)).map_err(|source| {
-        FileError::CannotWrite {
-            path: path.to_owned(),
-            source,
+    let mut written = 0;
+    let result = write::write_whole(path, |output| {
+        let mut counted = Counted {
+            output,
+            written: &mut written,
+            limit,
+        };
+        write_content(&mut counted, value)
+    });
+    let path = path.to_owned();
+    match result {
+        Ok(()) => Ok(written),
+        Err(_) if written > limit => Err(FileError::TooLarge { path, limit }),
+        Err(source) => Err(FileError::CannotWrite { path, source }),
+    }
+}
+
+/// Counts the bytes on their way, and lets no more through than the limit.
+struct Counted<'a> {
+    output: &'a mut dyn Write,
+    written: &'a mut u64,
+    limit: u64,
+}
+
+impl Write for Counted<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        *self.written = self.written.saturating_add(bytes.len() as u64);
+        if *self.written > self.limit {
+            return Err(io::ErrorKind::FileTooLarge.into());
         }
-    })
+        self.output.write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.output.flush()
+    }
 }
 
 #[cfg(test)]
@@ -211,19 +266,23 @@ mod tests {
     #[test]
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
-        type Write = fn(&Path) -> Result<(), FileError>;
-        let values: [(&str, Write); 5] = [
-            ("meshes", |path| write_mesh(path, &test_values::mesh())),
+        type Written = fn(&Path) -> Result<u64, FileError>;
+        let values: [(&str, Written); 5] = [
+            ("meshes", |path| {
+                write_mesh(path, &test_values::mesh(), u64::MAX)
+            }),
             ("plane curves", |path| {
-                write_curves(path, &test_values::plane_curves())
+                write_curves(path, &test_values::plane_curves(), u64::MAX)
             }),
             ("curves in space", |path| {
-                write_curves(path, &test_values::space_curves())
+                write_curves(path, &test_values::space_curves(), u64::MAX)
             }),
             ("samples", |path| {
-                write_samples(path, &test_values::samples())
+                write_samples(path, &test_values::samples(), u64::MAX)
             }),
-            ("pictures", |path| write_image(path, &test_values::image())),
+            ("pictures", |path| {
+                write_image(path, &test_values::image(), u64::MAX)
+            }),
         ];
         let mut written = Vec::new();
         for format in FORMATS {
@@ -233,10 +292,13 @@ mod tests {
                     .join(kind)
                     .with_extension(format.extensions[0]);
                 let result = write(&path);
+                if let Ok(bytes) = result {
+                    assert_eq!(bytes, fs::metadata(&path).unwrap().len());
+                }
                 assert_eq!(result.is_ok(), format.holds().contains(&kind));
                 assert_eq!(path.exists(), result.is_ok());
                 match result {
-                    Ok(()) => written.push(format!("{} {kind}", format.name)),
+                    Ok(_) => written.push(format!("{} {kind}", format.name)),
                     Err(error) => assert!(matches!(error, FileError::WrongFormat { .. })),
                 }
             }
@@ -252,39 +314,57 @@ mod tests {
     fn capitals_in_the_extension_do_not_matter() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("Mesh.v2.StL");
-        write_mesh(&path, &test_values::mesh()).unwrap();
+        write_mesh(&path, &test_values::mesh(), u64::MAX).unwrap();
         let expected = test_values::bytes(stl::write_mesh, &test_values::mesh());
         assert_eq!(fs::read(path).unwrap(), expected);
     }
 
     #[test]
+    fn what_is_too_large_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.stl");
+        let mesh = test_values::mesh();
+        let bytes = write_mesh(&path, &mesh, u64::MAX).unwrap();
+        assert_eq!(write_mesh(&path, &mesh, bytes).unwrap(), bytes);
+        let other = folder.path().join("b.stl");
+        let error = write_mesh(&other, &mesh, bytes - 1).unwrap_err();
+        assert!(matches!(error, FileError::TooLarge { .. }), "{error}");
+        assert!(!other.exists());
+    }
+
+    #[test]
     fn messages_name_what_is_wrong_and_what_would_do() {
-        let message = |result: Result<(), FileError>| result.unwrap_err().to_string();
+        let message = |result: Result<u64, FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
         let known = "known are .obj, .stl, .ply, .csv, .svg, .png, .vm";
         assert_eq!(
-            message(write_mesh(Path::new("a.xyz"), &mesh)),
+            message(write_mesh(Path::new("a.xyz"), &mesh, u64::MAX)),
             format!("no file format is called `.xyz`; {known}")
         );
         for without in ["a", "", ".obj", "a.", "folder.obj/a"] {
             assert_eq!(
-                message(write_mesh(Path::new(without), &mesh)),
+                message(write_mesh(Path::new(without), &mesh, u64::MAX)),
                 format!("the file name has no extension that tells the format; {known}")
             );
         }
         assert_eq!(
-            message(write_mesh(Path::new("a.csv"), &mesh)),
+            message(write_mesh(Path::new("a.csv"), &mesh, u64::MAX)),
             "the format CSV cannot hold meshes; .obj, .stl, .ply can"
         );
         assert_eq!(
             message(write_curves(
                 Path::new("a.svg"),
-                &test_values::space_curves()
+                &test_values::space_curves(),
+                u64::MAX
             )),
             "the format SVG cannot hold curves in space; .obj, .csv can"
         );
         assert_eq!(
-            message(write_mesh(Path::new("no/such/folder/a.obj"), &mesh)),
+            message(write_mesh(
+                Path::new("no/such/folder/a.obj"),
+                &mesh,
+                u64::MAX
+            )),
             "cannot write `no/such/folder/a.obj`: the folder `no/such/folder` does not exist"
         );
     }

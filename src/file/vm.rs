@@ -165,6 +165,11 @@ pub(super) fn read_field(
         }
         let text = std::str::from_utf8(&bytes)
             .map_err(|_| bad_line("not UTF-8 text; expected `name operation operands`".into()))?;
+        // Some editors begin a file with a byte-order mark.
+        let text = match line {
+            1 => text.trim_start_matches('\u{feff}'),
+            _ => text,
+        };
         reader.read_line(text, line).map_err(bad_line)?;
     }
     if reader.known.is_empty() {

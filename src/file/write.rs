@@ -9,6 +9,8 @@ use std::fs::{self, Metadata, Permissions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Component, Path, PathBuf};
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use tempfile::{Builder, NamedTempFile};
 
 /// Bytes that are gathered before they are handed to the system.
@@ -16,6 +18,51 @@ const CAPACITY: usize = 1 << 17;
 
 /// Symbolic links that are followed in one path; more of them are a circle.
 const LINKS: usize = 40;
+
+/// The temporary files that are being written.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    // The list is whole after a panic, too.
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Nothing new is written while this lives.
+pub struct Abandoned {
+    _unfinished: MutexGuard<'static, Vec<PathBuf>>,
+}
+
+/// Removes what has been written in part, for a process that is about to be ended from outside:
+/// nothing new is begun until the result is dropped.
+pub fn abandon() -> Abandoned {
+    let mut unfinished = unfinished();
+    for path in unfinished.drain(..) {
+        // It may have taken its name in the meantime; there is nobody to tell of anything else.
+        let _ = fs::remove_file(path);
+    }
+    Abandoned {
+        _unfinished: unfinished,
+    }
+}
+
+/// Whether a file could be written, as far as the disk tells before it is done: what stands there
+/// may be replaced, and its folder takes new files. `made` is a folder that will be made for it
+/// if it is not there. Leaves nothing behind.
+pub(super) fn check_writable(path: &Path, made: Option<&Path>) -> io::Result<()> {
+    let made = made.map(resolve).transpose()?;
+    // The present folder is the empty path here.
+    let exists = |folder: &Path| folder == Path::new("") || folder.exists();
+    if let Some(made) = made.filter(|folder| !exists(folder)) {
+        let present = made.ancestors().find(|folder| exists(folder));
+        let folder = present.unwrap_or(Path::new("."));
+        return create_beside(&folder.join("new")).map(drop);
+    }
+    let target = resolve(path)?;
+    if let Ok(existing) = fs::metadata(&target) {
+        check_replaceable(&existing)?;
+    }
+    create_beside(&target).map(drop)
+}
 
 /// Where a path really leads: the same place without symbolic links.
 ///
@@ -84,7 +131,7 @@ pub(super) fn write_whole(
     if let Some(existing) = &existing {
         check_replaceable(existing)?;
     }
-    let temporary = create_beside(&target)?;
+    let (_listed, temporary) = create_beside(&target)?;
     if let Some(existing) = existing {
         temporary
             .as_file()
@@ -116,8 +163,28 @@ fn check_replaceable(existing: &Metadata) -> io::Result<()> {
     Ok(())
 }
 
-/// A temporary file in the folder of the target. It is removed when it is dropped.
-fn create_beside(target: &Path) -> io::Result<NamedTempFile> {
+/// A place in the list of unfinished files, for as long as it lives.
+struct Listed {
+    path: PathBuf,
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.path);
+    }
+}
+
+/// A temporary file in the folder of the target. It is removed when it is dropped, and by
+/// [`abandon`].
+fn create_beside(target: &Path) -> io::Result<(Listed, NamedTempFile)> {
+    let mut unfinished = unfinished();
+    let file = create_unlisted(target)?;
+    let path = file.path().to_owned();
+    unfinished.push(path.clone());
+    Ok((Listed { path }, file))
+}
+
+fn create_unlisted(target: &Path) -> io::Result<NamedTempFile> {
     let folder = match target.parent() {
         Some(parent) if parent != Path::new("") => parent,
         _ => Path::new("."),

@@ -1,13 +1,13 @@
 //! Disjoint sets (union-find): which vertices, corners or points belong together.
 
 /// A partition of `0..len`, at first into single elements.
-pub(super) struct DisjointSets {
+pub(crate) struct DisjointSets {
     parents: Vec<u32>,
 }
 
 impl DisjointSets {
     /// Every element on its own.
-    pub(super) fn new(len: u32) -> Self {
+    pub(crate) fn new(len: u32) -> Self {
         DisjointSets {
             parents: (0..len).collect(),
         }
@@ -15,7 +15,7 @@ impl DisjointSets {
 
     /// The least element of the set that contains `element`. Halves the path on the way, so that
     /// a call costs O(log len) amortised and nearly nothing in practice.
-    pub(super) fn find(&mut self, mut element: u32) -> u32 {
+    pub(crate) fn find(&mut self, mut element: u32) -> u32 {
         loop {
             let parent = self.parents[element as usize];
             if parent == element {
@@ -31,7 +31,7 @@ impl DisjointSets {
     ///
     /// The least element represents a set, so that the result does not depend on the order of the
     /// unions.
-    pub(super) fn union(&mut self, first: u32, second: u32) -> bool {
+    pub(crate) fn union(&mut self, first: u32, second: u32) -> bool {
         let (first, second) = (self.find(first), self.find(second));
         let (low, high) = (first.min(second), first.max(second));
         self.parents[high as usize] = low;

@@ -18,6 +18,8 @@ mod summation;
 mod topology;
 
 pub use bounds::Bounds;
+pub(crate) use disjoint_sets::DisjointSets;
+
 pub use curves::{Curves, Polyline};
 pub use image::Image;
 pub use mesh::Mesh;

@@ -394,6 +394,11 @@ pub fn select(
 ) -> Outcome<Value> {
     match (consequence, alternative) {
         (Value::Unknown, _) | (_, Value::Unknown) => Ok(Value::Unknown),
+        (Value::Field(_), _) | (_, Value::Field(_)) => field::lift(
+            graph,
+            &[consequence.clone(), alternative.clone()],
+            &mut |graph, bodies| select(graph, condition, &bodies[0], &bodies[1]),
+        ),
         (Value::List(left), Value::List(right)) if left.len() == right.len() => {
             let elements = left
                 .iter()

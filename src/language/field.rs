@@ -108,6 +108,14 @@ impl FieldValue {
         self.definition.dimension
     }
 
+    /// How many components its value has: 1 for an implicit object, 2 for a curve in space.
+    pub fn components(&self) -> usize {
+        match &self.definition.body {
+            Value::List(components) => components.len(),
+            _ => 1,
+        }
+    }
+
     /// The name under which it was defined.
     pub fn name(&self) -> Option<&str> {
         self.definition.name.as_deref()
@@ -138,6 +146,14 @@ impl FieldValue {
         }
     }
 
+    /// The same field with these values for those components of q that it does not change yet.
+    pub fn with_defaults(&self, changes: &[(usize, f64)]) -> FieldValue {
+        let new = changes
+            .iter()
+            .filter(|(index, _)| !self.changes.contains_key(index));
+        self.with(new.copied())
+    }
+
     /// The field's body as a graph that the engine can evaluate.
     pub fn program(&self, graph: &mut Tracer) -> Outcome<Arc<Program>> {
         let mut roots = Vec::new();
@@ -154,7 +170,14 @@ impl FieldValue {
                 "expected a field whose value is one number, but this one has {} components",
                 components.len()
             );
-            return Err(failure(Code::NotAField, message));
+            let mut error = failure(Code::NotAField, message);
+            error.help = Some(match (self.dimension(), components.len()) {
+                (3, 2) => "this is a curve in space, which can be evaluated and differentiated; \
+                           take one of its surfaces, `f[0]` or `f[1]`"
+                    .into(),
+                _ => "take one component, as in `f[0]`, or their length, `norm(f)`".into(),
+            });
+            return Err(error);
         }
         let program = self.program(graph)?;
         let q = self.present(&program, q);

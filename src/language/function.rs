@@ -5,10 +5,14 @@ use std::sync::Arc;
 
 use super::builtin::Builtin;
 use super::scope::Scope;
+use super::show::show_number;
 use super::value::{Outcome, Value, failure, wrong_kind};
 use crate::diagnostic::suggest;
 use crate::diagnostic::{Code, Diagnostic, Span};
-use crate::syntax::tree::{Function, Pattern};
+use crate::syntax::tree::{
+    BinaryOperator, ComparisonOperator, Expression, ExpressionKind, Function, Name, Pattern,
+    TextPart, UnaryOperator,
+};
 
 /// Something that can be called.
 #[derive(Clone, Debug)]
@@ -24,7 +28,37 @@ pub enum FunctionValue {
         operator: &'static Builtin,
         /// What is differentiated.
         function: Rc<FunctionValue>,
+        /// The operator's other arguments.
+        others: Rc<[Argument]>,
     },
+    /// An operation on the values of functions.
+    Pointwise(Rc<Pointwise>),
+}
+
+/// An operation on the values that functions have at the same arguments: `f | g`.
+#[derive(Debug)]
+pub struct Pointwise {
+    /// What is done with the values.
+    pub rule: Rule,
+    /// Functions, and what is not a function and stays as it is.
+    pub operands: Vec<Argument>,
+}
+
+/// What a [`Pointwise`] function does with its operands.
+#[derive(Clone, Debug)]
+pub enum Rule {
+    /// `-f`, `!f`, `not f`
+    Unary(UnaryOperator),
+    /// `f + g` and the like.
+    Binary(BinaryOperator),
+    /// `f < g` and the like.
+    Comparison(ComparisonOperator),
+    /// `norm(f)`
+    Builtin(&'static Builtin),
+    /// `f.x`
+    Property(Name),
+    /// `f[0]`
+    Element(i64),
 }
 
 /// A function of a file.
@@ -45,6 +79,45 @@ impl Closure {
     pub fn shown_name(&self) -> &str {
         self.name.as_deref().unwrap_or("this function")
     }
+
+    /// How the function is called: `name(parameters)`.
+    pub fn signature(&self) -> String {
+        let parameters = self.function.parameters.iter().map(|parameter| {
+            let name = match &parameter.pattern {
+                Pattern::Name(name) => &*name.text,
+                Pattern::List(..) => "[…]",
+            };
+            match &parameter.default {
+                _ if parameter.rest => format!("{name}.."),
+                None => name.to_string(),
+                Some(default) => format!("{name} = {}", short(default)),
+            }
+        });
+        let parameters: Vec<String> = parameters.collect();
+        format!("{}({})", self.shown_name(), parameters.join(", "))
+    }
+}
+
+/// A default as text, if it is made of literals and names only; else `…`.
+fn short(expression: &Expression) -> String {
+    match &*expression.kind {
+        ExpressionKind::Number(number) => show_number(*number, None),
+        ExpressionKind::Bool(value) => value.to_string(),
+        ExpressionKind::Name(name) => name.text.to_string(),
+        ExpressionKind::Text(parts) => match parts.as_slice() {
+            [TextPart::Literal(text)] => format!("\"{text}\""),
+            _ => "…".into(),
+        },
+        ExpressionKind::Unary {
+            operator: UnaryOperator::Negate,
+            operand,
+        } => format!("-{}", short(operand)),
+        ExpressionKind::List(elements) => {
+            let elements: Vec<String> = elements.iter().map(short).collect();
+            format!("[{}]", elements.join(", "))
+        }
+        _ => "…".into(),
+    }
 }
 
 impl FunctionValue {
@@ -54,17 +127,35 @@ impl FunctionValue {
             FunctionValue::Closure(closure) => closure.shown_name(),
             FunctionValue::Builtin(builtin) => builtin.name,
             FunctionValue::Derivative { operator, .. } => operator.name,
+            FunctionValue::Pointwise(_) => "this function",
         }
     }
 }
 
 impl FunctionValue {
-    /// How many arguments it can take without names.
+    /// How many arguments it needs; where it needs none, how many it can take.
     pub fn parameter_count(&self) -> usize {
         match self {
-            FunctionValue::Closure(closure) => closure.function.parameters.len(),
+            FunctionValue::Closure(closure) => {
+                let parameters = &closure.function.parameters;
+                let needed = parameters
+                    .iter()
+                    .filter(|one| one.default.is_none() && !one.rest);
+                match needed.count() {
+                    0 => parameters.len(),
+                    count => count,
+                }
+            }
             FunctionValue::Builtin(builtin) => builtin.parameters.len(),
             FunctionValue::Derivative { function, .. } => function.parameter_count(),
+            FunctionValue::Pointwise(pointwise) => {
+                let operands = pointwise.operands.iter();
+                let counts = operands.map(|operand| match &operand.value {
+                    Value::Function(function) => function.parameter_count(),
+                    _ => 0,
+                });
+                counts.max().unwrap_or(0)
+            }
         }
     }
 }
@@ -139,14 +230,15 @@ fn unknown_argument(
     error
 }
 
-/// The names of a function's parameters, for [`match_arguments`]; patterns have none.
+/// The names of a function's parameters, for [`match_arguments`]; patterns have none, and
+/// neither has `name..`.
 pub fn parameter_names(function: &Function) -> Vec<Option<&str>> {
     function
         .parameters
         .iter()
         .map(|parameter| match &parameter.pattern {
-            Pattern::Name(name) => Some(&*name.text),
-            Pattern::List(..) => None,
+            Pattern::Name(name) if !parameter.rest => Some(&*name.text),
+            _ => None,
         })
         .collect()
 }

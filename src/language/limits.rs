@@ -1,8 +1,13 @@
 //! What a program may use up. Every limit has a name, which its error gives and by which a flag
 //! raises it.
 
+use std::time::{Duration, Instant};
+
+use super::function::At;
+use super::session::Session;
 use super::value::{Outcome, failure};
-use crate::diagnostic::Code;
+use crate::diagnostic::{Code, Span};
+use crate::engine::Monitor;
 
 macro_rules! limits {
     ($($(#[doc = $documentation:literal])* $name:ident: $default:expr,)*) => {
@@ -47,8 +52,82 @@ limits! {
     steps: 200_000_000,
     /// Cells of one polygonization.
     cells: 2_000_000_000,
-    /// Particles of one sampling.
-    particles: 20_000_000,
+    /// Particles of one sampling: ten million points take about a gigabyte.
+    particles: 10_000_000,
+    /// Seconds that a run of the file, or a test, or an expression may take.
+    seconds: 3_600,
+    /// Bytes of all that is printed and written to files.
+    bytes: 10_000_000_000,
+}
+
+/// Someone who watches long work, with the time at which it has to end.
+pub(super) struct Deadline<'a> {
+    monitor: &'a dyn Monitor,
+    end: Option<Instant>,
+}
+
+impl<'a> Deadline<'a> {
+    pub(super) fn new(monitor: &'a dyn Monitor, end: Option<Instant>) -> Self {
+        Deadline { monitor, end }
+    }
+}
+
+impl Monitor for Deadline<'_> {
+    fn progress(&self, phase: &str, fraction: f64) {
+        self.monitor.progress(phase, fraction);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.monitor.cancelled() || self.end.is_some_and(|end| Instant::now() >= end)
+    }
+}
+
+impl Session {
+    /// Starts the clock of what is to be run.
+    pub(super) fn start_clock(&mut self) {
+        // A limit beyond what a clock can hold is none.
+        let allowed = Duration::from_secs(self.limits.seconds);
+        self.deadline = Instant::now().checked_add(allowed);
+    }
+
+    /// Who watches long work: the host, and the clock.
+    pub(super) fn monitor(&self) -> Deadline<'_> {
+        Deadline::new(self.host.monitor(), self.deadline)
+    }
+
+    /// Fails where the time is over.
+    pub(super) fn check_time(&self, span: Span) -> Outcome<()> {
+        match self.deadline {
+            Some(end) if Instant::now() >= end => exceeded(
+                Code::TimeLimit,
+                "the program takes too many seconds",
+                "seconds",
+                self.limits.seconds,
+            )
+            .at(span, "still running here"),
+            _ => Ok(()),
+        }
+    }
+
+    /// Counts bytes that are printed or written, and fails where they are too many.
+    pub(super) fn count_output(&mut self, bytes: u64, span: Span) -> Outcome<()> {
+        self.output_bytes = self.output_bytes.saturating_add(bytes);
+        if self.output_bytes <= self.limits.bytes {
+            return Ok(());
+        }
+        exceeded(
+            Code::OutputLimit,
+            "the program prints and writes too much",
+            "bytes",
+            self.limits.bytes,
+        )
+        .at(span, "this would be more")
+    }
+
+    /// How many bytes may still be printed or written.
+    pub(super) fn output_left(&self) -> u64 {
+        self.limits.bytes.saturating_sub(self.output_bytes)
+    }
 }
 
 /// The error for a limit that was hit.

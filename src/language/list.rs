@@ -28,6 +28,7 @@ struct Contents {
     depth: u32,
     symbolic: bool,
     unknown: bool,
+    function: bool,
 }
 
 impl List {
@@ -39,6 +40,7 @@ impl List {
             depth: 1,
             symbolic: false,
             unknown: false,
+            function: false,
             elements: Vec::new(),
         };
         for element in &elements {
@@ -80,6 +82,11 @@ impl List {
         self.0.unknown
     }
 
+    /// Whether a function occurs in it.
+    pub fn has_function(&self) -> bool {
+        self.0.function
+    }
+
     /// Elements of all lists of this thread that are alive.
     pub fn alive() -> u64 {
         ALIVE.get()
@@ -93,6 +100,7 @@ impl Contents {
         self.depth = self.depth.max(depth);
         self.symbolic |= element.is_symbolic();
         self.unknown |= element.is_unknown();
+        self.function |= element.has_function();
     }
 }
 
@@ -113,6 +121,7 @@ impl Clone for Contents {
             depth: self.depth,
             symbolic: self.symbolic,
             unknown: self.unknown,
+            function: self.function,
         }
     }
 }

@@ -7,19 +7,27 @@
 
 pub mod arithmetic;
 pub mod builtin;
+mod degrees;
 pub mod evaluate;
 pub mod field;
 pub mod function;
+mod inspection;
 pub mod json;
+pub mod library;
 pub mod limits;
 pub mod list;
+mod mention;
+pub mod module;
 pub mod parameters;
 pub mod product;
 pub mod resolve;
 pub mod scope;
 pub mod session;
+pub mod settings;
 pub mod show;
+pub mod testing;
 pub mod tracer;
+pub mod unit;
 pub mod value;
 
 pub use field::FieldValue;

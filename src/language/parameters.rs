@@ -9,7 +9,7 @@ use crate::diagnostic::Code;
 use crate::diagnostic::suggest;
 
 /// All parameters, in the order of their definitions.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Parameters {
     definitions: IndexMap<Arc<str>, Parameter>,
     values: Vec<f64>,
@@ -34,10 +34,14 @@ impl Parameters {
         &self.values
     }
 
-    /// Adds a parameter whose value has been checked with [`components`] and [`check_range`].
+    /// Adds a parameter whose value has been checked with [`components`] and [`check_range`];
+    /// one that is there already, with as many components, gets another value.
     pub fn define(&mut self, name: &Arc<str>, parameter: Parameter, components: Vec<f64>) {
-        debug_assert_eq!(parameter.first, self.values.len());
-        self.values.extend(components);
+        let end = parameter.first + components.len();
+        if end > self.values.len() {
+            self.values.resize(end, 0.0);
+        }
+        self.values[parameter.first..end].copy_from_slice(&components);
         self.definitions.insert(Arc::clone(name), parameter);
     }
 

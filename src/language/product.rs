@@ -373,7 +373,8 @@ fn swizzle(elements: &[Value], name: &str) -> Option<Value> {
     }
 }
 
-fn is_swizzle(name: &str) -> bool {
+/// Whether a name picks components of a vector: `x`, `zx`.
+pub fn is_swizzle(name: &str) -> bool {
     (1..=4).contains(&name.len()) && name.chars().all(|axis| "xyzw".contains(axis))
 }
 

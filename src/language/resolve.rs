@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::degrees;
 use super::scope::Scope;
 use crate::diagnostic::{Code, Diagnostic, Span, suggest};
 use crate::syntax::tree::{
@@ -15,6 +16,31 @@ use crate::syntax::tree::{
 
 /// What is wrong with the names of a file, whose surroundings are `globals`.
 pub fn resolve(tree: &Tree, globals: &Rc<Scope>) -> Vec<Diagnostic> {
+    resolve_file(tree, globals).errors
+}
+
+/// What is wrong with the names of a file, and what is allowed but probably not meant.
+pub fn resolve_with_warnings(
+    tree: &Tree,
+    globals: &Rc<Scope>,
+) -> (Vec<Diagnostic>, Vec<Diagnostic>) {
+    let mut resolver = resolve_file(tree, globals);
+    for statement in &tree.statements {
+        if let StatementKind::Parameter { name, .. } = &statement.kind
+            && !resolver.used.contains(&name.text)
+        {
+            let message = format!("nothing uses the parameter `{}`", name.text);
+            let help = "use it in a field, or leave it out: changing it does nothing";
+            let warning = Diagnostic::warning(Code::UnusedParameter, message);
+            resolver
+                .warnings
+                .push(warning.label(name.span, "never used").help(help));
+        }
+    }
+    (resolver.errors, resolver.warnings)
+}
+
+fn resolve_file<'a>(tree: &Tree, globals: &'a Rc<Scope>) -> Resolver<'a> {
     let mut resolver = Resolver::new(globals);
     for statement in &tree.statements {
         for name in defined_names(statement) {
@@ -26,7 +52,7 @@ pub fn resolve(tree: &Tree, globals: &Rc<Scope>) -> Vec<Diagnostic> {
             resolver.statement(statement);
         }
     });
-    resolver.errors
+    resolver
 }
 
 /// What is wrong with the names of one expression.
@@ -44,9 +70,12 @@ pub fn pattern_names(pattern: &Pattern) -> Vec<&Name> {
     }
 }
 
-fn defined_names(statement: &Statement) -> Vec<&Name> {
+/// The names that a statement of a file binds.
+pub(super) fn defined_names(statement: &Statement) -> Vec<&Name> {
     match &statement.kind {
         StatementKind::Parameter { name, .. }
+        | StatementKind::Setting { name, .. }
+        | StatementKind::Import { name, .. }
         | StatementKind::Variable { name, .. }
         | StatementKind::Function { name, .. }
         | StatementKind::Field { name, .. } => vec![name],
@@ -63,6 +92,9 @@ struct Resolver<'a> {
     /// How many function bodies are around.
     functions: usize,
     errors: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
+    /// Every name that occurs anywhere but where it is bound.
+    used: FxHashSet<Arc<str>>,
 }
 
 #[derive(Clone, Copy)]
@@ -79,6 +111,8 @@ impl<'a> Resolver<'a> {
             later: FxHashSet::default(),
             functions: 0,
             errors: Vec::new(),
+            warnings: Vec::new(),
+            used: FxHashSet::default(),
         }
     }
 
@@ -123,6 +157,7 @@ impl<'a> Resolver<'a> {
     }
 
     fn use_name(&mut self, name: &Name) {
+        self.used.insert(Arc::clone(&name.text));
         let known = self.find(&name.text).is_some()
             || self.globals.find(&name.text).is_some()
             || (self.functions > 0 && self.later.contains(&name.text));
@@ -157,19 +192,27 @@ impl<'a> Resolver<'a> {
     fn statement(&mut self, statement: &Statement) {
         match &statement.kind {
             StatementKind::Parameter { name, value, range } => {
-                if self.scopes.len() > 1 {
-                    self.errors.push(
-                        Diagnostic::error(
-                            Code::NotAtTop,
-                            format!("the parameter `{}` is defined inside a block", name.text),
-                        )
-                        .label(name.span, "not at the top of the file")
-                        .help("parameters belong to the whole file: move the definition out"),
-                    );
-                }
+                self.only_at_top("parameters", name.span);
                 self.expression(value);
                 range.iter().for_each(|range| self.expression(range));
                 self.bind(name, false);
+            }
+            StatementKind::Setting { name, value, range } => {
+                self.only_at_top("settings", name.span);
+                self.expression(value);
+                range.iter().for_each(|range| self.expression(range));
+                self.bind(name, false);
+            }
+            StatementKind::Import { name, .. } => {
+                self.only_at_top("imports", name.span);
+                self.bind(name, false);
+            }
+            StatementKind::Test { name, body } => {
+                self.only_at_top("tests", name.span);
+                // It is run after the whole file.
+                self.functions += 1;
+                self.block(body);
+                self.functions -= 1;
             }
             StatementKind::Let { pattern, value } => {
                 self.expression(value);
@@ -222,6 +265,17 @@ impl<'a> Resolver<'a> {
             }
             StatementKind::Expression(expression) => self.expression(expression),
             StatementKind::Error => {}
+        }
+    }
+
+    /// Some definitions belong to the whole file, so they may not stand inside a block.
+    fn only_at_top(&mut self, what: &str, span: Span) {
+        if self.scopes.len() > 1 {
+            self.errors.push(
+                Diagnostic::error(Code::NotAtTop, format!("{what} inside a block"))
+                    .label(span, "not at the top of the file")
+                    .help(format!("{what} belong to the whole file: move this out")),
+            );
         }
     }
 
@@ -348,6 +402,11 @@ impl<'a> Resolver<'a> {
     }
 
     fn call(&mut self, callee: &Expression, arguments: &[Argument]) {
+        if let ExpressionKind::Name(name) | ExpressionKind::Property { name, .. } = &*callee.kind
+            && self.find(&name.text).is_none()
+        {
+            self.warnings.extend(degrees::warning(name, arguments));
+        }
         // `a.f(b)`: whether f is a property or a function is known when a is.
         match &*callee.kind {
             ExpressionKind::Property { subject, .. } => self.expression(subject),

@@ -1,12 +1,14 @@
 //! Scopes: what a name is bound to.
 
-use std::cell::{Cell, RefCell};
-use std::rc::Rc;
+use std::cell::{Cell, OnceCell, RefCell};
+use std::rc::{Rc, Weak};
 use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
+use super::unit::Unit;
 use super::value::Value;
+use crate::library::Entry;
 use crate::syntax::tree::Statement;
 
 thread_local! {
@@ -21,6 +23,8 @@ pub struct Scope {
     /// Scopes are numbered as they are made, so that it can be told whether a `var` is older
     /// than a branch that assigns it.
     age: u64,
+    /// The file whose own names are bound here.
+    unit: OnceCell<Rc<Unit>>,
 }
 
 /// What a name stands for.
@@ -30,8 +34,10 @@ pub enum Binding {
     Constant(Value),
     /// A `var`, which may be assigned.
     Variable(Value),
-    /// A definition of the file that needs actions, and is run when it is first asked for.
-    Lazy(Rc<Statement>),
+    /// A definition of that file that needs actions, and is run when it is first asked for.
+    Lazy(Rc<Statement>, Rc<Unit>),
+    /// A definition of the library, and the scope to evaluate it in when it is first asked for.
+    Library(&'static Entry, Weak<Scope>),
 }
 
 impl Default for Scope {
@@ -40,6 +46,7 @@ impl Default for Scope {
             bindings: RefCell::default(),
             parent: None,
             age: Scope::now(),
+            unit: OnceCell::new(),
         }
     }
 }
@@ -89,6 +96,68 @@ impl Scope {
             }
             scope = scope.parent.as_ref()?;
         }
+    }
+
+    /// What the name means here, without what is around.
+    pub(super) fn find_here(&self, name: &str) -> Option<Binding> {
+        self.bindings.borrow().get(name).cloned()
+    }
+
+    /// The names that are bound here, without those around, sorted.
+    pub(super) fn names_here(&self) -> Vec<Arc<str>> {
+        let mut names: Vec<Arc<str>> = self.bindings.borrow().keys().cloned().collect();
+        names.sort();
+        names
+    }
+
+    /// The scope around this one.
+    pub(super) fn parent(&self) -> Option<&Rc<Scope>> {
+        self.parent.as_ref()
+    }
+
+    /// Makes this the scope of a file's own names.
+    pub(super) fn belongs_to(&self, unit: &Rc<Unit>) {
+        // A scope is made for one file, so it is set once.
+        let _ = self.unit.set(Rc::clone(unit));
+    }
+
+    /// The file in which this scope lies; none in the program's own.
+    pub(super) fn unit(&self) -> Option<Rc<Unit>> {
+        let mut scope = self;
+        loop {
+            if let Some(unit) = scope.unit.get() {
+                return Some(Rc::clone(unit));
+            }
+            scope = scope.parent.as_ref()?;
+        }
+    }
+
+    /// This scope and those around it up to `outer`, copied and put into `instead`.
+    pub(super) fn moved(self: &Rc<Scope>, outer: &Rc<Scope>, instead: &Rc<Scope>) -> Rc<Scope> {
+        if Rc::ptr_eq(self, outer) {
+            return Rc::clone(instead);
+        }
+        let around = match &self.parent {
+            Some(parent) => parent.moved(outer, instead),
+            None => Rc::clone(instead),
+        };
+        let copy = Scope::inside(&around);
+        copy.bindings.replace(self.bindings.borrow().clone());
+        copy
+    }
+
+    /// The `var`s that are bound here, and their values.
+    pub(super) fn variables(&self) -> Vec<(Arc<str>, Value)> {
+        let bindings = self.bindings.borrow();
+        let mut variables: Vec<(Arc<str>, Value)> = bindings
+            .iter()
+            .filter_map(|(name, binding)| match binding {
+                Binding::Variable(value) => Some((Arc::clone(name), value.clone())),
+                _ => None,
+            })
+            .collect();
+        variables.sort_by(|(left, _), (right, _)| left.cmp(right));
+        variables
     }
 
     /// The names that are bound here and around, sorted.

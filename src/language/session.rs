@@ -1,23 +1,29 @@
 //! One run of one file: everything that evaluation needs and changes.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
+use std::time::Instant;
 
 use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
 
 use super::builtin;
+use super::evaluate::{World, WorldKey};
 use super::field::FieldValue;
 use super::function::{Argument, FunctionValue};
+use super::library;
 use super::limits::Limits;
+use super::module::Modules;
 use super::parameters::Parameters;
 use super::resolve;
 use super::scope::{Binding, Scope};
+use super::settings::Settings;
 use super::tracer::Tracer;
+use super::unit::Unit;
 use super::value::{Outcome, Value, failure};
 use crate::diagnostic::suggest;
-use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::diagnostic::{Code, Diagnostic, SourceId, Span};
 use crate::engine::{self, Monitor, Tier};
 use crate::graph::NodeId;
 use crate::syntax::tree::{Expression, Statement, StatementKind, Tree};
@@ -32,6 +38,9 @@ pub trait Host {
 
     /// A file was written.
     fn wrote(&mut self, path: &std::path::Path);
+
+    /// Reads a file that is imported, and keeps its text for messages.
+    fn read_source(&mut self, path: &std::path::Path) -> Result<(SourceId, Arc<str>), Diagnostic>;
 
     /// Who watches long work.
     fn monitor(&self) -> &dyn Monitor;
@@ -74,10 +83,22 @@ pub struct Session {
     pub(super) limits: Limits,
     pub(super) host: Box<dyn Host>,
     pub(super) mode: Mode,
-    /// Values given from outside for parameters, by name.
-    pub(super) settings: IndexMap<String, Expression>,
-    /// Where relative paths of files that are read start.
-    pub(super) input_directory: PathBuf,
+    pub(super) settings: Settings,
+    /// Values given from outside for parameters and settings, by name.
+    pub(super) given: IndexMap<String, Expression>,
+    /// The same, once they have been evaluated.
+    pub(super) given_values: FxHashMap<Arc<str>, Value>,
+    /// The settings that a `with` has changed where definitions are run again.
+    pub(super) overriding: FxHashMap<Arc<str>, Value>,
+    /// How many `with`s are running definitions again, one inside the other.
+    pub(super) runs_again: u32,
+    /// What has been made under other settings.
+    pub(super) worlds: IndexMap<WorldKey, World>,
+    /// The main file, if it is one.
+    pub(super) main_file: Option<PathBuf>,
+    /// Where imported files may lie.
+    pub(super) readable_directories: Vec<PathBuf>,
+    pub(super) modules: Modules,
     /// Where files may be written; the first one is where relative paths start.
     pub(super) output_directories: Vec<PathBuf>,
     /// Whether actions are done; otherwise what they would make is unknown.
@@ -86,13 +107,25 @@ pub struct Session {
     pub(super) branch: Option<Branch>,
     pub(super) depth: u64,
     pub(super) steps: u64,
+    /// Expressions that have been evaluated, for looking at the clock now and then.
+    pub(super) ticks: u32,
+    /// The last comparison of plain values that did not hold, for assertions to tell.
+    pub(super) failed_comparison: Option<(Span, Value, Value)>,
+    /// When the session was made.
+    pub(super) begun: Instant,
+    /// When what is being run has to end.
+    pub(super) deadline: Option<Instant>,
+    /// Bytes that have been printed and written.
+    pub(super) output_bytes: u64,
     /// Numbers of nodes under the session's parameters, for scripts that ask for them.
     pub(super) plain_numbers: FxHashMap<NodeId, f64>,
     /// Fields that need actions, in [`Mode::Define`].
     pub(super) postponed: Vec<Statement>,
-    /// The file's own bindings.
-    pub(super) globals: Rc<Scope>,
-    /// The file's fields, in order.
+    /// The main file.
+    pub(super) main: Rc<Unit>,
+    /// The file whose statements are being run.
+    pub(super) unit: Rc<Unit>,
+    /// The main file's fields, in order.
     pub(super) fields: IndexMap<Arc<str>, FieldValue>,
     has_warned_of_refusal: bool,
 }
@@ -119,22 +152,36 @@ impl Session {
         for (name, value) in builtin::CONSTANTS {
             prelude.bind(&Arc::from(*name), Binding::Constant(Value::Number(*value)));
         }
+        let main = Unit::new(&library::scope(&prelude), Arc::from(""), input_directory);
         Session {
             graph: Tracer::default(),
             parameters: Parameters::default(),
             limits,
             host,
             mode,
-            settings: IndexMap::new(),
-            input_directory,
+            settings: Settings::default(),
+            given: IndexMap::new(),
+            given_values: FxHashMap::default(),
+            overriding: FxHashMap::default(),
+            runs_again: 0,
+            worlds: IndexMap::new(),
+            main_file: None,
+            readable_directories: vec![main.directory.clone(), PathBuf::from(".")],
+            modules: Modules::default(),
             output_directories,
             acting: mode == Mode::Run,
             branch: None,
             depth: 0,
             steps: 0,
+            ticks: 0,
+            failed_comparison: None,
+            begun: Instant::now(),
+            deadline: None,
+            output_bytes: 0,
             plain_numbers: FxHashMap::default(),
             postponed: Vec::new(),
-            globals: Scope::inside(&prelude),
+            unit: Rc::clone(&main),
+            main,
             fields: IndexMap::new(),
             has_warned_of_refusal: false,
         }
@@ -145,10 +192,31 @@ impl Session {
         self.graph.tier = tier;
     }
 
-    /// Gives the parameter `name` another value than the file does. Takes effect when the file
-    /// is run; an unknown name is an error then.
+    /// Says which file the main one is, so that one that imports it closes a circle.
+    pub fn set_file(&mut self, file: &Path) {
+        self.main_file = Some(file.to_owned());
+    }
+
+    /// Allows imports from more directories than the main file's and the present one.
+    pub fn allow_reading(&mut self, directories: &[PathBuf]) {
+        self.readable_directories.extend_from_slice(directories);
+    }
+
+    /// Gives the parameter or setting `name` another value than the file does. Takes effect when
+    /// the file is run; an unknown name is an error then.
     pub fn set(&mut self, name: &str, value: Expression) {
-        self.settings.insert(name.to_string(), value);
+        self.given.insert(name.to_string(), value);
+    }
+
+    /// The scope around those of files: what the program itself defines.
+    pub(super) fn prelude(&self) -> Rc<Scope> {
+        let parent = self.main.scope.parent();
+        parent.map_or_else(|| Rc::clone(&self.main.scope), Rc::clone)
+    }
+
+    /// Whether the statements that are being run are the main file's.
+    pub(super) fn is_in_main(&self) -> bool {
+        Rc::ptr_eq(&self.unit, &self.main)
     }
 
     /// Runs a whole tree in the session's mode.
@@ -156,21 +224,41 @@ impl Session {
     /// Names are checked first, so all misspelt ones are reported together; evaluation ends with
     /// its first error.
     pub fn run(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
+        self.start_clock();
         let result = self.run_statements(tree);
         self.warn_of_refused_machine_code();
         result
     }
 
     fn run_statements(&mut self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
-        self.check_settings(tree).map_err(|error| vec![*error])?;
-        let errors = resolve::resolve(tree, &self.globals);
+        let directory = self.main.directory.clone();
+        let imports = self.read_imports(tree, &directory)?;
+        let (mut errors, warnings) = resolve::resolve_with_warnings(tree, &self.main.scope);
+        errors.extend(self.resolve_modules());
         if !errors.is_empty() {
             return Err(errors);
         }
-        let globals = Rc::clone(&self.globals);
-        for statement in &tree.statements {
+        // Whoever asks one thing of a file is not told about the rest of it.
+        if self.mode != Mode::Define {
+            warnings.into_iter().for_each(|w| self.host.warn(w));
+        }
+        let first = self.main.statements.borrow().len();
+        self.main
+            .statements
+            .borrow_mut()
+            .extend_from_slice(&tree.statements);
+        self.check_given(&imports).map_err(|error| vec![*error])?;
+        self.main.imports.borrow_mut().extend(imports);
+        let globals = Rc::clone(&self.main.scope);
+        for (place, statement) in tree.statements.iter().enumerate() {
             self.top_statement(statement, &globals)
                 .map_err(|error| vec![*error])?;
+            self.main.done.set(first + place + 1);
+        }
+        if self.mode == Mode::Check {
+            for test in self.tests() {
+                self.run_test(&test)?;
+            }
         }
         self.acting = self.mode != Mode::Check;
         for field in std::mem::take(&mut self.postponed) {
@@ -182,11 +270,12 @@ impl Session {
 
     /// The value of an expression in the scope of what has been run, with plain numbers.
     pub fn evaluate(&mut self, expression: &Expression) -> Result<Value, Vec<Diagnostic>> {
-        let errors = resolve::resolve_expression(expression, &self.globals);
+        let errors = resolve::resolve_expression(expression, &self.main.scope);
         if !errors.is_empty() {
             return Err(errors);
         }
-        let globals = Rc::clone(&self.globals);
+        self.start_clock();
+        let globals = Rc::clone(&self.main.scope);
         let value = self
             .expression(expression, &globals)
             .and_then(|value| self.plain(value, expression.span))
@@ -219,6 +308,7 @@ impl Session {
                 span: expression.span,
             });
         }
+        self.start_clock();
         let function = FunctionValue::Builtin(builtin);
         let value = self.call_function(&function, arguments, Span::NOWHERE);
         self.warn_of_refused_machine_code();
@@ -226,7 +316,7 @@ impl Session {
     }
 
     /// Says, once, that fields are not evaluated by machine code.
-    fn warn_of_refused_machine_code(&mut self) {
+    pub(super) fn warn_of_refused_machine_code(&mut self) {
         if let Some(reason) = engine::refusal()
             && !self.has_warned_of_refusal
         {
@@ -270,34 +360,38 @@ impl Session {
         }
     }
 
-    fn check_settings(&self, tree: &Tree) -> Outcome<()> {
-        let names: Vec<&str> = tree
-            .statements
+    /// Fails where something is given from outside for a name that no file defines.
+    fn check_given(&self, imports: &FxHashMap<Arc<str>, PathBuf>) -> Outcome<()> {
+        let mut names = self.names_in_modules(imports);
+        let statements = self.main.statements.borrow();
+        let own = statements
             .iter()
             .filter_map(|statement| match &statement.kind {
-                StatementKind::Parameter { name, .. } => Some(&*name.text),
+                StatementKind::Parameter { name, .. } | StatementKind::Setting { name, .. } => {
+                    Some(name.text.to_string())
+                }
                 _ => None,
-            })
-            .collect();
-        match self
-            .settings
-            .keys()
-            .find(|name| !names.contains(&name.as_str()))
-        {
-            None => Ok(()),
-            Some(name) => {
-                let mut error = failure(
-                    Code::UnknownParameter,
-                    format!("there is no parameter `{name}` to set"),
-                );
-                error.help = Some(match suggest::nearest(name, names.iter().copied()) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None if names.is_empty() => "the file has no parameters".into(),
-                    None => format!("the parameters are {}", names.join(", ")),
-                });
-                Err(error)
-            }
-        }
+            });
+        names.splice(0..0, own);
+        let Some(name) = self.given.keys().find(|name| !names.contains(name)) else {
+            return Ok(());
+        };
+        let mut error = failure(
+            Code::UnknownParameter,
+            format!("there is no parameter or setting `{name}` to set"),
+        );
+        let known = names.iter().map(String::as_str);
+        error.help = Some(match suggest::nearest(name, known) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if names.is_empty() => "the file has no parameters and no settings".into(),
+            None => format!("what can be set is {}", names.join(", ")),
+        });
+        Err(error)
+    }
+
+    /// The settings of the files.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 }
 

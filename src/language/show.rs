@@ -33,6 +33,7 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) | Value::Image(_) => {
             show_product(value, precision)
         }
+        Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()
         }
@@ -61,16 +62,23 @@ fn show_function(function: &FunctionValue) -> String {
             Some(name) => format!("the function {name}"),
             None => "a function".into(),
         },
-        FunctionValue::Derivative { operator, function } => {
+        FunctionValue::Derivative {
+            operator, function, ..
+        } => {
             format!("{}({})", operator.name, show_function(function))
         }
+        FunctionValue::Pointwise(_) => "a function".into(),
     }
 }
 
 fn show_field(field: &FieldValue) -> String {
+    let components = match field.components() {
+        1 => String::new(),
+        components => format!(", {components} components"),
+    };
     match field.name() {
-        Some(name) => format!("the field {name} in R{}", field.dimension()),
-        None => format!("a field in R{}", field.dimension()),
+        Some(name) => format!("the field {name} in R{}{components}", field.dimension()),
+        None => format!("a field in R{}{components}", field.dimension()),
     }
 }
 

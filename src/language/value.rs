@@ -9,6 +9,7 @@ use std::rc::Rc;
 use super::field::FieldValue;
 use super::function::FunctionValue;
 use super::list::List;
+use super::module::Module;
 use super::product::{CurveSet, ImageSet, MeshSet, SampleSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
@@ -45,6 +46,8 @@ pub enum Value {
     Curves(Rc<CurveSet>),
     /// A picture.
     Image(Rc<ImageSet>),
+    /// Definitions that are reached as `name.member`.
+    Module(Rc<Module>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
     Nothing,
     /// What a script's action would have made, where definitions are checked without running
@@ -94,6 +97,7 @@ impl Value {
             Value::Mesh(_) => "a mesh",
             Value::Curves(_) => "a curve set",
             Value::Image(_) => "an image",
+            Value::Module(_) => "a module",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
         }
@@ -104,6 +108,15 @@ impl Value {
         match self {
             Value::Symbol(_) | Value::Condition(_) => true,
             Value::List(list) => list.is_symbolic(),
+            _ => false,
+        }
+    }
+
+    /// Whether it is a function, or contains one.
+    pub fn has_function(&self) -> bool {
+        match self {
+            Value::Function(_) => true,
+            Value::List(list) => list.has_function(),
             _ => false,
         }
     }

@@ -54,10 +54,12 @@ pub enum Method {
 pub struct Options {
     /// The method.
     pub method: Method,
-    /// How many particles are released, at most [`Options::MOST`]; what does not reach the
+    /// How many particles are released, at most `count_limit`; what does not reach the
     /// surface gives no point. `None`: 100 in R1, 1,000 in R2 and 5,000 in R3, the paper's
     /// advice for curves and surfaces.
     pub count: Option<u64>,
+    /// The largest number of particles that may be released.
+    pub count_limit: u64,
     /// Where the random starts come from: the same seed gives the same bytes.
     pub seed: u64,
     /// The box to search, from which no point strays. `None`: the search begins in -1..1 and
@@ -78,7 +80,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// The largest number of particles: their points take about a gigabyte.
+    /// The largest number of particles, unless more are allowed: their points take about a gigabyte.
     pub const MOST: u64 = 10_000_000;
 }
 
@@ -87,6 +89,7 @@ impl Default for Options {
         Options {
             method: Method::default(),
             count: None,
+            count_limit: Options::MOST,
             seed: 0,
             bounds: None,
             tolerance: 1e-9,
@@ -118,6 +121,14 @@ pub enum SampleError {
         expected: String,
         /// What it is.
         found: String,
+    },
+    /// More particles than are allowed.
+    #[error("{count} particles are too many (the limit is {limit})")]
+    TooMany {
+        /// How many are asked for.
+        count: u64,
+        /// How many are allowed.
+        limit: u64,
     },
     /// The box has another number of sides than the field has coordinates.
     #[error("the bounds have {bounds} sides, but the field has {field} coordinates")]
@@ -271,10 +282,14 @@ fn check(options: &Options) -> Result<(), SampleError> {
     let range = |option, expected, found: &dyn ToString| {
         Err(out_of_range(option, expected, found.to_string()))
     };
+    if options.count == Some(0) {
+        return range("count", "at least 1", &0);
+    }
     if let Some(count) = options.count
-        && !(1..=Options::MOST).contains(&count)
+        && count > options.count_limit
     {
-        return range("count", "between 1 and 10000000", &count);
+        let limit = options.count_limit;
+        return Err(SampleError::TooMany { count, limit });
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);

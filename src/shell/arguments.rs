@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use crate::engine::Tier;
 use crate::language::Limits;
+use crate::picture::View;
 
 /// Imp: a language for implicit geometry.
 #[derive(Parser, Debug)]
@@ -15,7 +16,7 @@ use crate::language::Limits;
     name = "imp",
     version,
     about = "Imp: a small language for implicit geometry",
-    after_help = "Examples:\n  imp run examples/blobs.imp --out build\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\"\n  imp mesh examples/heart.imp -o heart.stl --cell 0.02\n\n`imp FILE` is short for `imp run FILE`; `-` is standard input.\nExit codes: 0 well, 1 the script is wrong or an assertion failed, 2 usage, 3 input or output, 4 no surface."
+    after_help = "Examples:\n  imp run examples/blobs.imp --out build\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\"\n  imp mesh examples/heart.imp -o heart.stl --cell 0.02\n\n`imp FILE` is short for `imp run FILE`; `-` is standard input.\nExit codes: 0 well, 1 the script is wrong or an assertion or test failed, 2 usage, 3 input or output, 4 no surface."
 )]
 pub(super) struct Arguments {
     #[command(subcommand)]
@@ -30,6 +31,11 @@ pub(super) enum Command {
     /// Checks files without running their statements
     #[command(after_help = "Example:\n  imp check examples/blobs.imp examples/torus.imp")]
     Check(Check),
+    /// Runs the `test` blocks of files
+    #[command(
+        after_help = "Examples:\n  imp test examples/*.imp\n  imp test parts.imp --filter thread --json\n\nOf the rest of a file only what its tests need is run; what it prints and writes is left out."
+    )]
+    Test(Test),
     /// Prints the values of expressions
     #[command(
         after_help = "Examples:\n  imp eval \"2^10\"\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\" --json\n\nAn expression that begins with a dash goes behind `--`:\n  imp eval -- \"-pi/2\""
@@ -50,9 +56,12 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp render examples/csg.imp part -o part.png --occlusion\n  imp render examples/torus.imp -o torus.png --view 30,20 --perspective 35 --size 800x600\n  imp render examples/cassini.imp -o ovals.png --size 1024\n  imp render scene.imp \"a & !b\" -o cut.png --bounds \"[-1..1, -1..1, 0..2]\" --view top --transparent\n\nThe box, from the field's `over` or from `--bounds`, cuts solids: cuts are shown flat and orange.\nGrey is where the field is not a number, or jumps below 0 without a zero."
     )]
     Render(Render),
-    /// Lists a file's fields and parameters
+    /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
+    /// Says what the code of a message means, with an example and its repair
+    #[command(after_help = "Examples:\n  imp explain E0105\n  imp explain")]
+    Explain(Explain),
     /// Prints the intermediate forms of a field
     #[command(after_help = "Example:\n  imp dump examples/torus.imp torus --graph")]
     Dump(Dump),
@@ -61,7 +70,7 @@ pub(super) enum Command {
 /// What every command understands that reads a file.
 #[derive(Args, Debug, Clone)]
 pub(super) struct Common {
-    /// Gives a parameter another value; may be repeated
+    /// Gives a parameter or setting another value; may be repeated
     #[arg(long, value_name = "NAME=EXPR", value_parser = setting)]
     pub(super) set: Vec<Setting>,
     /// Prints exactly one JSON object on standard output
@@ -76,15 +85,21 @@ pub(super) struct Common {
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
-    /// Raises or lowers a limit (recursion, nodes, elements, steps, cells, particles); may be repeated
+    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes); may be repeated
     #[arg(long, value_name = "NAME=N", value_parser = limit)]
     pub(super) limit: Vec<Limit>,
     /// Whether messages are coloured
     #[arg(long, value_enum, value_name = "WHEN", default_value_t = Color::Auto)]
     pub(super) color: Color,
+    /// How errors and warnings are written to standard error [default: human]
+    #[arg(long, value_enum, value_name = "FORM")]
+    pub(super) message_format: Option<MessageFormat>,
     /// Where files go, made when the first one is written [default: the present directory]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+    /// Another directory from which files may be imported; may be repeated
+    #[arg(long, value_name = "DIR")]
+    pub(super) allow_read: Vec<PathBuf>,
     /// Another directory in which the script may write; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(super) allow_write: Vec<PathBuf>,
@@ -111,6 +126,17 @@ pub(super) enum Color {
     Never,
 }
 
+/// How diagnostics are written to standard error.
+#[derive(ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MessageFormat {
+    /// With the lines they are about and with help
+    Human,
+    /// `file:line:column: error[E0201]: message`, one line each
+    Short,
+    /// A JSON object on one line each, and nothing else
+    Json,
+}
+
 #[derive(Args, Debug)]
 pub(super) struct Run {
     /// The file; `-` is standard input
@@ -124,6 +150,18 @@ pub(super) struct Check {
     /// The files; `-` is standard input
     #[arg(required = true)]
     pub(super) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Test {
+    /// The files; `-` is standard input
+    #[arg(required = true)]
+    pub(super) files: Vec<PathBuf>,
+    /// Runs only tests whose names contain this
+    #[arg(long, value_name = "TEXT")]
+    pub(super) filter: Option<String>,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -195,20 +233,20 @@ pub(super) struct Render {
     #[command(flatten)]
     pub(super) subject: Subject,
     /// Pixels: of the longer side, or WIDTHxHEIGHT [default: 512]
-    #[arg(long, value_name = "SIZE", allow_hyphen_values = true)]
-    pub(super) size: Option<String>,
+    #[arg(long, value_name = "SIZE", allow_hyphen_values = true, value_parser = size)]
+    pub(super) size: Option<Pixels>,
     /// In the plane: shaded, with contour lines, or fill, inside and outside only [default: shaded]
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(["shaded", "fill"]))]
     pub(super) style: Option<String>,
     /// In the plane: the difference between contour lines
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) step: Option<String>,
     /// In space: isometric, front, back, left, right, top, bottom, or AZIMUTH,ELEVATION in degrees
     /// [default: isometric]
-    #[arg(long, value_name = "VIEW", allow_hyphen_values = true)]
-    pub(super) view: Option<String>,
+    #[arg(long, value_name = "VIEW", allow_hyphen_values = true, value_parser = direction)]
+    pub(super) view: Option<Direction>,
     /// In space: the angle of view, instead of parallel rays
-    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = perspective)]
     pub(super) perspective: Option<f64>,
     /// In space: shows the whole box, not only the part of it where something is
     #[arg(long)]
@@ -217,13 +255,27 @@ pub(super) struct Render {
     #[arg(long)]
     pub(super) occlusion: bool,
     /// In space: rays along each side of a pixel, 1 to 8; more make smoother edges [default: 2]
-    #[arg(long, value_name = "N", allow_hyphen_values = true)]
-    pub(super) samples: Option<String>,
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = value_parser!(u8).range(1..=8))]
+    pub(super) samples: Option<u8>,
     /// Leaves out what is outside: the picture is transparent there
     #[arg(long)]
     pub(super) transparent: bool,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+/// The size of a picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Pixels {
+    Longest(u32),
+    Exact(u32, u32),
+}
+
+/// From where a solid is seen: the name of a view, or azimuth and elevation in degrees.
+#[derive(Clone, Debug)]
+pub(super) enum Direction {
+    Named(String),
+    Angles(f64, f64),
 }
 
 /// The field that a command works on, and where the result goes.
@@ -247,6 +299,15 @@ pub(super) struct Info {
     pub(super) file: PathBuf,
     #[command(flatten)]
     pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Explain {
+    /// The code, such as E0105; without one, all codes are listed
+    pub(super) code: Option<String>,
+    /// Prints exactly one JSON object on standard output
+    #[arg(long)]
+    pub(super) json: bool,
 }
 
 #[derive(Args, Debug)]
@@ -274,18 +335,20 @@ pub(super) struct Form {
 }
 
 impl Command {
-    /// What every command understands.
-    pub(super) fn common(&self) -> &Common {
-        match self {
+    /// What every command understands that reads a file.
+    pub(super) fn common(&self) -> Option<&Common> {
+        Some(match self {
             Command::Run(command) => &command.common,
             Command::Check(command) => &command.common,
+            Command::Test(command) => &command.common,
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,
             Command::Render(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
-        }
+            Command::Explain(_) => return None,
+        })
     }
 }
 
@@ -296,6 +359,47 @@ fn setting(text: &str) -> Result<Setting, String> {
             text: value.to_string(),
         }),
         _ => Err("it is not of the form NAME=EXPR".into()),
+    }
+}
+
+fn size(text: &str) -> Result<Pixels, String> {
+    let number = |text: &str| match text.parse() {
+        Ok(0) | Err(_) => Err("write a whole number of pixels, or WIDTHxHEIGHT".to_owned()),
+        Ok(number) => Ok(number),
+    };
+    match text.split_once(['x', 'X']) {
+        Some((width, height)) => Ok(Pixels::Exact(number(width)?, number(height)?)),
+        None => number(text).map(Pixels::Longest),
+    }
+}
+
+fn direction(text: &str) -> Result<Direction, String> {
+    if View::named(text).is_some() {
+        return Ok(Direction::Named(text.to_owned()));
+    }
+    let angle = |text: &str| {
+        text.trim()
+            .parse()
+            .ok()
+            .filter(|angle: &f64| angle.is_finite())
+    };
+    text.split_once(',')
+        .and_then(|(azimuth, elevation)| {
+            Some(Direction::Angles(angle(azimuth)?, angle(elevation)?))
+        })
+        .ok_or_else(|| {
+            let names: Vec<&str> = View::names().collect();
+            format!(
+                "the views are {}, or AZIMUTH,ELEVATION in degrees, as in 30,20",
+                names.join(", ")
+            )
+        })
+}
+
+fn perspective(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(degrees) if degrees > 0.0 && degrees < 170.0 => Ok(degrees),
+        _ => Err("write an angle in degrees, greater than 0 and less than 170".into()),
     }
 }
 

@@ -20,9 +20,8 @@ pub(super) fn check(command: &Check) -> Result<(), u8> {
         match check_file(file, command) {
             Ok(workspace) => {
                 warnings.append(&mut workspace.heard.warnings.borrow_mut());
-                if !command.common.quiet && !command.common.json {
-                    output::error_text(&format!("{}: no errors", escaped(&source_name(file))));
-                }
+                let name = escaped(&source_name(file));
+                output::note(&format!("{name}: no errors"), &command.common);
             }
             Err(code) if command.common.json => return Err(code),
             Err(code) => gravest = gravest.max(code),
@@ -43,5 +42,7 @@ pub(super) fn check(command: &Check) -> Result<(), u8> {
 fn check_file(file: &Path, command: &Check) -> Result<Workspace, u8> {
     let mut workspace = Workspace::open(Some(file), &command.common, Mode::Check)?;
     workspace.run()?;
+    let inspected = workspace.session.inspect_fields(&workspace.tree);
+    inspected.map_err(|error| workspace.fail(&[*error]))?;
     Ok(workspace)
 }

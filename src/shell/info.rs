@@ -7,10 +7,11 @@ use super::output;
 use super::workspace::Workspace;
 use crate::language::json::{json, json_number};
 use crate::language::product::sides;
+use crate::language::settings::{SettingRange, quoted};
 use crate::language::show::show;
 use crate::language::{FieldValue, Mode, Value};
 
-/// Lists fields and parameters; fails with an exit code.
+/// Lists fields, parameters and settings; fails with an exit code.
 pub(super) fn info(command: &Info) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&command.file), &command.common, Mode::Define)?;
     workspace.run()?;
@@ -18,6 +19,7 @@ pub(super) fn info(command: &Info) -> Result<(), u8> {
         let mut object = Map::new();
         object.insert("fields".into(), fields_json(&mut workspace)?);
         object.insert("parameters".into(), parameters_json(&workspace));
+        object.insert("settings".into(), settings_json(&workspace));
         workspace.finish_json(&mut object);
         output::data(&Json::Object(object).to_string());
     } else {
@@ -44,11 +46,7 @@ fn fields_json(workspace: &mut Workspace) -> Result<Json, u8> {
         let mut object = Map::new();
         object.insert("name".into(), name.to_string().into());
         object.insert("dimension".into(), field.dimension().into());
-        let components = match field.body() {
-            Value::List(components) => components.len(),
-            _ => 1,
-        };
-        object.insert("components".into(), components.into());
+        object.insert("components".into(), field.components().into());
         if let Some(domain) = field.domain() {
             let sides: Vec<Json> = domain
                 .sides()
@@ -89,6 +87,30 @@ fn parameters_json(workspace: &Workspace) -> Json {
         .collect()
 }
 
+fn settings_json(workspace: &Workspace) -> Json {
+    workspace
+        .session
+        .settings()
+        .iter()
+        .map(|(name, setting)| {
+            let mut object = Map::new();
+            object.insert("name".into(), name.to_string().into());
+            object.insert("value".into(), json(&setting.value));
+            if let Some(range) = &setting.range {
+                let (key, range) = match range {
+                    SettingRange::Between(ends) => ("range", json(&Value::Interval(*ends))),
+                    SettingRange::OneOf(values) => ("values", json(&Value::List(values.clone()))),
+                };
+                object.insert(key.into(), range);
+            }
+            if let Some(text) = &setting.documentation {
+                object.insert("documentation".into(), text.to_string().into());
+            }
+            Json::Object(object)
+        })
+        .collect()
+}
+
 fn text(workspace: &mut Workspace) -> Result<String, u8> {
     let mut lines = Vec::new();
     for (name, field) in workspace.session.fields().clone() {
@@ -118,8 +140,21 @@ fn text(workspace: &mut Workspace) -> Result<String, u8> {
             lines.extend(text.lines().map(|line| format!("    {line}")));
         }
     }
+    for (name, setting) in workspace.session.settings().iter() {
+        let range = match &setting.range {
+            Some(range) => format!(" in {}", range.shown()),
+            None => String::new(),
+        };
+        lines.push(format!(
+            "setting {name} = {}{range}",
+            quoted(&setting.value)
+        ));
+        if let Some(text) = &setting.documentation {
+            lines.extend(text.lines().map(|line| format!("    {line}")));
+        }
+    }
     if lines.is_empty() {
-        lines.push("no fields and no parameters".into());
+        lines.push("no fields, no parameters and no settings".into());
     }
     Ok(lines.join("\n"))
 }

@@ -7,7 +7,7 @@ use serde_json::{Map, Value as Json};
 
 use super::arguments::{Common, Mesh, Sample, Subject};
 use super::output;
-use super::workspace::Workspace;
+use super::workspace::{Workspace, limits};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
@@ -64,16 +64,10 @@ pub(super) fn make(
     common: &Common,
 ) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
-    if let Some(path) = &subject.output {
-        // A name that no format knows is said before the work, not after it.
-        file::Format::of_path(path).map_err(|error| workspace.fail(&[*file_failure(&error)]))?;
-    }
     workspace.run()?;
     let field = workspace.field(subject.field.as_deref())?;
-    if let Some(path) = &subject.output {
-        check_format(path, function, field.dimension())
-            .map_err(|error| workspace.fail(&[*error]))?;
-    }
+    check_output(subject, function, field.dimension(), common)
+        .map_err(|error| workspace.fail(&[*error]))?;
     let bounds = ("bounds", subject.bounds.as_deref());
     let mut options = Vec::new();
     for (name, text) in flags.iter().chain([&bounds]) {
@@ -98,18 +92,37 @@ pub(super) fn make(
     Ok(())
 }
 
-/// Refuses, before the work, a format that cannot hold what comes of it.
-fn check_format(path: &Path, function: &str, dimension: usize) -> Outcome<()> {
-    let kind = match (function, dimension) {
-        ("sample", _) => "samples",
-        ("plot", _) => "pictures",
-        (_, 3) => "meshes",
-        (_, 2) => "plane curves",
-        _ => return Err(roots_to_file()),
+/// Refuses, before the work, a file that cannot hold what comes of it or cannot be written, and
+/// work whose result would be lost.
+fn check_output(
+    subject: &Subject,
+    function: &str,
+    dimension: usize,
+    common: &Common,
+) -> Outcome<()> {
+    let (kind, example) = match (function, dimension, &subject.output) {
+        ("sample", ..) => ("samples", "points.ply"),
+        ("plot", ..) => ("pictures", "picture.png"),
+        (_, 3, _) => ("meshes", "mesh.stl"),
+        (_, 2, _) => ("plane curves", "curves.svg"),
+        (.., Some(_)) => return Err(roots_to_file()),
+        (.., None) => return Ok(()),
     };
-    file::Format::of_path(path)
-        .and_then(|format| format.check_holds(kind))
-        .map_err(|error| file_failure(&error))
+    match &subject.output {
+        Some(path) => file::Format::for_kind(path, kind)
+            .and_then(|_| file::check_writable(&output_path(path, common), common.out.as_deref()))
+            .map_err(|error| file_failure(&error)),
+        // Measures of a mesh, curves or samples can be all that is wanted.
+        None if common.json => Ok(()),
+        None => {
+            let message = format!("no file is named for the {kind}");
+            let error = Diagnostic::error(Code::Usage, message);
+            Err(Box::new(error.help(format!(
+                "name it with `-o`, as in `-o {example}`; `--json` without it prints the measures \
+                 only"
+            ))))
+        }
+    }
 }
 
 fn roots_to_file() -> Box<Diagnostic> {
@@ -118,20 +131,26 @@ fn roots_to_file() -> Box<Diagnostic> {
     Box::new(error.help("leave out `-o`: the roots are printed"))
 }
 
-/// Writes the result and gives the path: below the output directory, if one was named.
-fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
-    let path = match &common.out {
-        Some(directory) => {
-            file::create_folder(directory).map_err(|error| file_failure(&error))?;
-            directory.join(path)
-        }
+/// Where a file goes: below the output directory, if one was named.
+fn output_path(path: &Path, common: &Common) -> PathBuf {
+    match &common.out {
+        Some(directory) => directory.join(path),
         None => path.to_owned(),
-    };
+    }
+}
+
+/// Writes the result and gives the path.
+fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
+    let limit = limits(common).bytes;
+    if let Some(directory) = &common.out {
+        file::create_folder(directory).map_err(|error| file_failure(&error))?;
+    }
+    let path = output_path(path, common);
     let result = match value {
-        Value::Mesh(set) => file::write_mesh(&path, &set.mesh),
-        Value::Curves(set) => file::write_curves(&path, &set.curves),
-        Value::Samples(set) => file::write_samples(&path, &set.samples),
-        Value::Image(set) => file::write_image(&path, &set.picture.image),
+        Value::Mesh(set) => file::write_mesh(&path, &set.mesh, limit),
+        Value::Curves(set) => file::write_curves(&path, &set.curves, limit),
+        Value::Samples(set) => file::write_samples(&path, &set.samples, limit),
+        Value::Image(set) => file::write_image(&path, &set.picture.image, limit),
         _ => return Err(roots_to_file()),
     };
     result.map_err(|error| file_failure(&error))?;

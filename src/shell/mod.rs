@@ -9,12 +9,14 @@ mod arguments;
 mod check;
 mod dump;
 mod eval;
+mod explain;
 mod info;
 mod make;
 mod output;
 mod progress;
 mod render;
 mod run;
+mod test;
 mod workspace;
 
 use std::ffi::{OsStr, OsString};
@@ -22,14 +24,19 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{ArgAction, CommandFactory, Parser};
+use clap::{ArgAction, CommandFactory, Parser, ValueEnum};
 
 use crate::diagnostic::{Code, Diagnostic, Sources};
-use arguments::{Arguments, Command, Common};
+use crate::file;
+use arguments::{Arguments, Command, Common, MessageFormat};
 use output::report;
+
+/// The exit code after an interrupt: 128 and the number of the signal, as shells have it.
+const INTERRUPTED: i32 = 130;
 
 /// Runs the program with the process's arguments.
 pub fn main() -> ExitCode {
+    handle_interrupts();
     let words = with_default_command(std::env::args_os().collect());
     let ended = if words.len() < 2 {
         // Showing the help is the answer to a missing command, but not a success.
@@ -41,21 +48,58 @@ pub fn main() -> ExitCode {
             Err(error) => answer(&error, &words),
         }
     };
-    ExitCode::from(output::finish(ended.err().unwrap_or(0)))
+    ExitCode::from(output::finish(
+        ended.err().unwrap_or(0),
+        message_format(&words),
+    ))
+}
+
+/// Lets an interrupt remove files that are written in part before it ends the program. Where the
+/// system has no interrupts there is nothing to do.
+fn handle_interrupts() {
+    let _ = ctrlc::set_handler(|| {
+        let _nothing_is_written = file::abandon();
+        std::process::exit(INTERRUPTED);
+    });
+}
+
+/// The form of messages that the words ask for: needed where the command line as a whole is not
+/// understood.
+fn message_format(words: &[OsString]) -> MessageFormat {
+    let name = "--message-format";
+    let mut words = words.iter().take_while(|word| *word != "--");
+    while let Some(word) = words.next() {
+        let word = word.to_string_lossy();
+        let value = match word.split_once('=') {
+            _ if word == name => words
+                .next()
+                .map(|value| value.to_string_lossy().into_owned()),
+            Some((option, value)) if option == name => Some(value.to_owned()),
+            _ => None,
+        };
+        if let Some(value) = value {
+            return MessageFormat::from_str(&value, true).unwrap_or(MessageFormat::Human);
+        }
+    }
+    MessageFormat::Human
 }
 
 /// Performs a command, which has reported what is wrong when it fails with an exit code.
 fn perform(command: &Command) -> Result<(), u8> {
-    start_threads(command.common())?;
+    if let Some(common) = command.common() {
+        start_threads(common)?;
+    }
     match command {
         Command::Run(command) => run::run(command),
         Command::Check(command) => check::check(command),
+        Command::Test(command) => test::test(command),
         Command::Eval(command) => eval::eval(command),
         Command::Mesh(command) => make::mesh(command),
         Command::Sample(command) => make::sample(command),
         Command::Render(command) => render::render(command),
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
+        Command::Explain(command) => explain::explain(command),
     }
 }
 
@@ -81,8 +125,13 @@ fn answer(error: &clap::Error, words: &[OsString]) -> Result<(), u8> {
     if options.any(|word| word == "--json") {
         output::error_json(&usage(error), &Sources::default());
     } else {
-        // There is nowhere to report that this failed.
-        let _ = error.print();
+        match message_format(words) {
+            // There is nowhere to report that this failed.
+            MessageFormat::Human => drop(error.print()),
+            format => {
+                output::messages_as(format, &[usage(error)], &Sources::default(), false);
+            }
+        }
     }
     Err(Code::Usage.exit_code())
 }

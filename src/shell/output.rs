@@ -6,9 +6,9 @@ use std::time::Instant;
 
 use serde_json::{Map, Value as Json};
 
-use super::arguments::{Color, Common};
-use crate::diagnostic::render::render;
-use crate::diagnostic::{Code, Diagnostic, Sources};
+use super::arguments::{Color, Common, MessageFormat};
+use crate::diagnostic::render::{render, short};
+use crate::diagnostic::{Code, Diagnostic, Severity, Sources, Span};
 use crate::engine::compilations;
 
 /// What has become of standard output.
@@ -57,12 +57,12 @@ pub(super) fn print(write: impl FnOnce() -> io::Result<()>) {
 
 /// The program's exit code, after a command that ended with `code`: what could not be printed
 /// spoils a success.
-pub(super) fn finish(code: u8) -> u8 {
+pub(super) fn finish(code: u8, format: MessageFormat) -> u8 {
     match &*standard_output() {
         StandardOutput::Failed(error) => {
             let message = format!("cannot write to standard output: {error}");
             let error = Diagnostic::error(Code::CannotWrite, message);
-            error_text(&render(&[error], &Sources::default(), false));
+            messages_as(format, &[error], &Sources::default(), false);
             if code == 0 {
                 Code::CannotWrite.exit_code()
             } else {
@@ -91,6 +91,54 @@ pub(super) fn error_text(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{}", text.trim_end());
 }
 
+/// Whether there is room on standard error for what is not a diagnostic.
+pub(super) fn takes_notes(common: &Common) -> bool {
+    !common.quiet && !common.json && common.message_format != Some(MessageFormat::Json)
+}
+
+/// Writes what is good to know to standard error, where there is room for it.
+pub(super) fn note(text: &str, common: &Common) {
+    if takes_notes(common) {
+        error_text(text);
+    }
+}
+
+/// Writes diagnostics to standard error in the form that was asked for; where the result is to be
+/// one JSON object, only if a form was asked for.
+pub(super) fn messages(diagnostics: &[Diagnostic], sources: &Sources, common: &Common) {
+    let format = match common.message_format {
+        Some(format) => format,
+        None if common.json => return,
+        None => MessageFormat::Human,
+    };
+    messages_as(format, diagnostics, sources, colored(common));
+}
+
+/// Writes diagnostics to standard error.
+pub(super) fn messages_as(
+    format: MessageFormat,
+    diagnostics: &[Diagnostic],
+    sources: &Sources,
+    color: bool,
+) {
+    match format {
+        MessageFormat::Human => {
+            let advised = diagnostics.iter().map(|diagnostic| {
+                let advice = diagnostic.advice();
+                diagnostic.clone().help(advice)
+            });
+            let advised: Vec<Diagnostic> = advised.collect();
+            error_text(&render(&advised, sources, color));
+        }
+        MessageFormat::Short => error_text(&short(diagnostics, sources)),
+        MessageFormat::Json => {
+            for diagnostic in diagnostics {
+                error_text(&message_object(diagnostic, sources).to_string());
+            }
+        }
+    }
+}
+
 /// Whether messages are coloured: as asked, else if a person reads them and `NO_COLOR` is unset.
 pub(super) fn colored(common: &Common) -> bool {
     match common.color {
@@ -110,9 +158,8 @@ pub(super) fn report(errors: &[Diagnostic], sources: &Sources, common: &Common) 
         && let Some(error) = errors.first()
     {
         error_json(error, sources);
-    } else {
-        error_text(&render(errors, sources, colored(common)));
     }
+    messages(errors, sources, common);
     // The gravest code counts: what cannot be read matters more than what it says.
     errors
         .iter()
@@ -128,19 +175,48 @@ pub(super) fn error_json(error: &Diagnostic, sources: &Sources) {
     data(&Json::Object(object).to_string());
 }
 
-fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
+/// A diagnostic with all its places, as one line of `--message-format json`.
+fn message_object(diagnostic: &Diagnostic, sources: &Sources) -> Json {
+    let severity = match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    };
+    let mut object = Map::new();
+    object.insert("severity".into(), severity.into());
+    if let Json::Object(rest) = error_object(diagnostic, sources) {
+        object.extend(rest);
+    }
+    let labels = diagnostic.labels.iter().map(|label| {
+        let mut object = place(label.span, sources);
+        let (line, column) = sources.position(label.span.source, label.span.end);
+        object.insert("end_line".into(), line.into());
+        object.insert("end_column".into(), column.into());
+        object.insert("message".into(), label.message.clone().into());
+        Json::Object(object)
+    });
+    object.insert("labels".into(), labels.collect());
+    Json::Object(object)
+}
+
+/// Where a span begins.
+fn place(span: Span, sources: &Sources) -> Map<String, Json> {
+    let (line, column) = sources.position(span.source, span.start);
+    let mut object = Map::new();
+    object.insert("file".into(), sources.get(span.source).name.clone().into());
+    object.insert("line".into(), line.into());
+    object.insert("column".into(), column.into());
+    object
+}
+
+/// An error as JSON: code, message, place and help.
+pub(super) fn error_object(error: &Diagnostic, sources: &Sources) -> Json {
     let mut object = Map::new();
     object.insert("code".into(), error.code.as_str().into());
     object.insert("message".into(), error.message.clone().into());
     if let Some(span) = error.span() {
-        let (line, column) = sources.position(span.source, span.start);
-        object.insert("file".into(), sources.get(span.source).name.clone().into());
-        object.insert("line".into(), line.into());
-        object.insert("column".into(), column.into());
+        object.extend(place(span, sources));
     }
-    if let Some(help) = &error.help {
-        object.insert("help".into(), help.clone().into());
-    }
+    object.insert("help".into(), error.advice().into());
     Json::Object(object)
 }
 

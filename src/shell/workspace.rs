@@ -1,19 +1,19 @@
 //! One opened file: its text, its session and what is heard from it.
 
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::Arc;
 use std::time::Instant;
 
 use serde_json::{Map, Value as Json};
 
 use super::arguments::Common;
-use super::output::{self, colored, escaped, report};
+use super::output::{self, escaped, report};
 use super::progress::TerminalProgress;
-use crate::diagnostic::render::render;
-use crate::diagnostic::{Code, Diagnostic, Sources};
+use crate::diagnostic::{Code, Diagnostic, SourceId, Sources};
 use crate::engine::Monitor;
 use crate::language::{FieldValue, Host, Limits, Mode, Session, Value};
 use crate::syntax::tree::{Expression, Tree};
@@ -38,6 +38,8 @@ pub(super) struct Workspace {
 pub(super) struct Heard {
     pub(super) sources: RefCell<Sources>,
     pub(super) printed: RefCell<Vec<String>>,
+    /// Whether what the script prints is kept in `printed` instead of being shown.
+    pub(super) gathers: Cell<bool>,
     pub(super) written: RefCell<Vec<PathBuf>>,
     pub(super) warnings: RefCell<Vec<Diagnostic>>,
 }
@@ -52,7 +54,7 @@ struct Terminal {
 impl Host for Terminal {
     fn print(&mut self, line: &str) {
         self.progress.clear();
-        if self.common.json {
+        if self.heard.gathers.get() {
             self.heard.printed.borrow_mut().push(line.to_string());
         } else {
             output::data(line);
@@ -68,26 +70,26 @@ impl Host for Terminal {
         if known {
             return;
         }
-        if !self.common.quiet && !self.common.json {
+        if !self.common.quiet {
             self.progress.clear();
             let sources = self.heard.sources.borrow();
-            let text = render(
-                std::slice::from_ref(&warning),
-                &sources,
-                colored(&self.common),
-            );
-            output::error_text(&text);
+            output::messages(std::slice::from_ref(&warning), &sources, &self.common);
         }
         warnings.push(warning);
     }
 
     fn wrote(&mut self, path: &Path) {
         self.progress.clear();
-        if !self.common.quiet && !self.common.json {
-            let name = path.display().to_string();
-            output::error_text(&format!("wrote {}", escaped(&name)));
-        }
+        let name = path.display().to_string();
+        output::note(&format!("wrote {}", escaped(&name)), &self.common);
         self.heard.written.borrow_mut().push(path.to_path_buf());
+    }
+
+    fn read_source(&mut self, path: &Path) -> Result<(SourceId, Arc<str>), Diagnostic> {
+        let (name, text) = read(path)?;
+        let text: Arc<str> = text.into();
+        let id = self.heard.sources.borrow_mut().add(name, Arc::clone(&text));
+        Ok((id, text))
     }
 
     fn monitor(&self) -> &dyn Monitor {
@@ -118,12 +120,13 @@ impl Workspace {
         let heard = Rc::new(Heard {
             sources: RefCell::new(sources),
             printed: RefCell::default(),
+            gathers: Cell::new(common.json),
             written: RefCell::default(),
             warnings: RefCell::default(),
         });
         let host = Terminal {
             heard: Rc::clone(&heard),
-            progress: TerminalProgress::new(common.quiet || common.json),
+            progress: TerminalProgress::new(!output::takes_notes(common)),
             common: common.clone(),
         };
         let mut session = Session::new(
@@ -134,6 +137,10 @@ impl Workspace {
             output_directories(common),
         );
         session.set_tier(common.tier);
+        session.allow_reading(&common.allow_read);
+        if let Some(file) = file.filter(|file| *file != Path::new(STANDARD_INPUT)) {
+            session.set_file(file);
+        }
         let mut workspace = Workspace {
             session,
             tree,
@@ -199,7 +206,8 @@ impl Workspace {
     }
 }
 
-fn limits(common: &Common) -> Limits {
+/// The limits, as the command line sets them.
+pub(super) fn limits(common: &Common) -> Limits {
     let mut limits = Limits::default();
     for limit in &common.limit {
         // The command line has been checked for the name.
@@ -255,7 +263,14 @@ fn read(file: &Path) -> Result<(String, String), Diagnostic> {
             let message = format!("`{name}` is not UTF-8 text: byte {at} cannot be read");
             Diagnostic::error(Code::NotText, message).help("save it as UTF-8")
         })
-        .map(|text| (name, text))
+        .map(|text| {
+            // Some editors begin a file with a byte-order mark, which says nothing here.
+            let text = text
+                .strip_prefix('\u{feff}')
+                .map(str::to_owned)
+                .unwrap_or(text);
+            (name, text)
+        })
 }
 
 /// At most one byte more than a source file may have: some files never end.

@@ -25,6 +25,15 @@ pub struct Name {
     pub span: Span,
 }
 
+/// A string without interpolations, with its escapes resolved.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Literal {
+    /// The characters.
+    pub text: Arc<str>,
+    /// Its place, with the quotes.
+    pub span: Span,
+}
+
 /// A definition or something to do.
 #[derive(Clone, Debug)]
 pub struct Statement {
@@ -47,6 +56,29 @@ pub enum StatementKind {
         value: Expression,
         /// Where every component must lie.
         range: Option<Expression>,
+    },
+    /// `setting name = value in range`
+    Setting {
+        /// The name.
+        name: Name,
+        /// Number, bool or string.
+        value: Expression,
+        /// An interval, or the list of values that it may have.
+        range: Option<Expression>,
+    },
+    /// `import "path" as name`
+    Import {
+        /// Relative to the file that imports.
+        path: Literal,
+        /// What the module is called here.
+        name: Name,
+    },
+    /// `test "name" { … }`
+    Test {
+        /// What is tested, in words.
+        name: Literal,
+        /// What must succeed.
+        body: Block,
     },
     /// `let pattern = value`
     Let {
@@ -148,6 +180,8 @@ pub struct FunctionParameter {
     pub pattern: Pattern,
     /// Used where the call gives none; evaluated in the function's own scope.
     pub default: Option<Expression>,
+    /// `name..`: the list of all arguments without a name from here on.
+    pub rest: bool,
 }
 
 /// `{ statements }`; its value is that of the last statement if that is an expression.
@@ -231,7 +265,7 @@ pub enum ExpressionKind {
     With {
         /// A field.
         subject: Expression,
-        /// New values of parameters.
+        /// New values of parameters and settings; those of a module have dots in their names.
         bindings: Vec<(Name, Expression)>,
     },
     /// `left |> right`: `right` called with `left` as its first argument.

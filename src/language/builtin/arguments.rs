@@ -58,6 +58,16 @@ impl Arguments {
         self.builtin.name
     }
 
+    /// The function that is called.
+    pub fn builtin(&self) -> &'static Builtin {
+        self.builtin
+    }
+
+    /// The name of its first parameter.
+    pub fn first_name(&self) -> &'static str {
+        fixed_parameters(self.builtin).next().unwrap_or("")
+    }
+
     /// The arguments of the parameter that takes any number.
     pub fn rest(&self) -> &[Argument] {
         &self.rest

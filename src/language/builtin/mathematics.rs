@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use super::{Arguments, Builtin, Call, pure};
+use super::{Arguments, Builtin, Call, mathematical};
 use crate::diagnostic::Code;
 use crate::graph::Op;
 use crate::language::arithmetic::{apply, elementwise};
@@ -23,6 +23,7 @@ const NOT_FUNCTIONS: &[Op] = &[
     Op::IntegerPower,
     Op::Min,
     Op::Max,
+    Op::Round,
     Op::Less,
     Op::LessEqual,
     Op::Equal,
@@ -46,6 +47,7 @@ pub(super) fn operations() -> &'static [Builtin] {
                 },
                 documentation: op.operation().documentation,
                 acts: false,
+                lifts: true,
                 call: Call::Operation(op),
             })
             .collect()
@@ -63,34 +65,43 @@ pub(super) fn apply_operation(
 }
 
 pub(super) const TABLE: &[Builtin] = &[
-    pure("pow", &["a", "b"], "a ^ b.", |session, arguments| {
+    mathematical("pow", &["a", "b"], "a ^ b.", |session, arguments| {
         apply_operation(session, Op::Power, arguments)
     }),
-    pure(
+    mathematical(
         "ln",
         &["x"],
         "The natural logarithm: another name of `log`.",
         |session, arguments| apply_operation(session, Op::Log, arguments),
     ),
-    pure(
+    mathematical(
         "log2",
         &["x"],
         "The logarithm to base 2: log(x) / log(2).",
         |session, arguments| logarithm(session, arguments, 2.0),
     ),
-    pure(
+    mathematical(
         "log10",
         &["x"],
         "The logarithm to base 10: log(x) / log(10).",
         |session, arguments| logarithm(session, arguments, 10.0),
     ),
-    pure(
+    mathematical(
         "cbrt",
         &["x"],
         "The cube root, of negative numbers too: sign(x) * abs(x)^(1/3).",
         cube_root,
     ),
-    pure(
+    mathematical(
+        "round",
+        &["x", "radius ="],
+        "The nearest whole number, halves away from 0; of a field with a radius, the field x - radius, whose edges are round where x is a distance.",
+        |session, arguments| match arguments.given("radius") {
+            None => apply_operation(session, Op::Round, arguments),
+            Some(_) => apply_operation(session, Op::Subtract, arguments),
+        },
+    ),
+    mathematical(
         "fract",
         &["x"],
         "The fractional part: x - floor(x).",
@@ -100,19 +111,19 @@ pub(super) const TABLE: &[Builtin] = &[
             apply(&mut session.graph, Op::Subtract, &[x, floor])
         },
     ),
-    pure(
+    mathematical(
         "min",
         &["values…"],
         "The smallest of its arguments, elementwise on lists; of one list, its smallest element.",
         |session, arguments| extremum(session, arguments, Op::Min),
     ),
-    pure(
+    mathematical(
         "max",
         &["values…"],
         "The largest of its arguments, elementwise on lists; of one list, its largest element.",
         |session, arguments| extremum(session, arguments, Op::Max),
     ),
-    pure(
+    mathematical(
         "clamp",
         &["x", "low", "high"],
         "The number of low..high that is nearest to x: min(max(x, low), high).",
@@ -121,7 +132,7 @@ pub(super) const TABLE: &[Builtin] = &[
             clamp(&mut session.graph, x, low, high)
         },
     ),
-    pure(
+    mathematical(
         "mix",
         &["a", "b", "t"],
         "a + t*(b - a): a at t = 0, b at t = 1. Also called `lerp` elsewhere.",
@@ -133,7 +144,7 @@ pub(super) const TABLE: &[Builtin] = &[
             apply(graph, Op::Add, &[a, part])
         },
     ),
-    pure(
+    mathematical(
         "step",
         &["edge", "x"],
         "0 where x < edge, else 1.",
@@ -142,31 +153,31 @@ pub(super) const TABLE: &[Builtin] = &[
             apply(&mut session.graph, Op::LessEqual, &[edge, x])
         },
     ),
-    pure(
+    mathematical(
         "smoothstep",
         &["low", "high", "x"],
         "0 below low, 1 above high, and t^2*(3 - 2*t) with t = (x - low)/(high - low) between.",
         smoothstep,
     ),
-    pure(
+    mathematical(
         "norm",
         &["v"],
         "The Euclidean length of a vector: sqrt(norm2(v)).",
         |session, arguments| norm(&mut session.graph, &arguments.value("v")),
     ),
-    pure(
+    mathematical(
         "length",
         &["v"],
         "Another name of `norm`.",
         |session, arguments| norm(&mut session.graph, &arguments.value("v")),
     ),
-    pure(
+    mathematical(
         "norm2",
         &["v"],
         "The squared length of a vector: the sum of its elements' squares.",
         |session, arguments| norm2(&mut session.graph, &arguments.value("v")),
     ),
-    pure(
+    mathematical(
         "dot",
         &["a", "b"],
         "The scalar product of two vectors.",
@@ -176,7 +187,7 @@ pub(super) const TABLE: &[Builtin] = &[
             sum(&mut session.graph, &products)
         },
     ),
-    pure(
+    mathematical(
         "cross",
         &["a", "b"],
         "The vector product of two vectors in space; of two in the plane, its z component.",
@@ -185,7 +196,7 @@ pub(super) const TABLE: &[Builtin] = &[
             through_fields(&mut session.graph, &operands, &mut cross)
         },
     ),
-    pure(
+    mathematical(
         "normalize",
         &["v"],
         "The vector divided by its length.",
@@ -197,13 +208,13 @@ pub(super) const TABLE: &[Builtin] = &[
             })
         },
     ),
-    pure(
+    mathematical(
         "sum",
         &["list"],
         "The sum of a list's elements; of vectors, their vector sum. 0 for an empty list.",
         |session, arguments| sum(&mut session.graph, &arguments.value("list")),
     ),
-    pure(
+    mathematical(
         "product",
         &["list"],
         "The product of a list's elements. 1 for an empty list.",
@@ -215,7 +226,7 @@ pub(super) const TABLE: &[Builtin] = &[
             )
         },
     ),
-    pure(
+    mathematical(
         "mean",
         &["list"],
         "The sum of a list's elements divided by their number.",

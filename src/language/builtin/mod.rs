@@ -7,6 +7,8 @@
 mod arguments;
 mod calculus;
 mod extent;
+mod geometry;
+mod inspection;
 mod lists;
 mod mathematics;
 mod pictures;
@@ -34,6 +36,9 @@ pub struct Builtin {
     /// Whether it does something besides giving a value, or takes long: such a function cannot
     /// stand in a field, and is not run by `imp check`.
     pub acts: bool,
+    /// Whether it is defined on numbers and goes over to lists, fields and functions: of a
+    /// function it makes one.
+    pub lifts: bool,
     /// Does it.
     pub call: Call,
 }
@@ -62,19 +67,22 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 
 const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
 
+/// The tables, with what they are about.
+const SECTIONS: &[(&str, &[Builtin])] = &[
+    ("Numbers and vectors", mathematics::TABLE),
+    ("Lists", lists::TABLE),
+    ("Derivatives", calculus::TABLE),
+    ("Differential geometry", geometry::TABLE),
+    ("Samples, meshes, curves and their measures", surfaces::TABLE),
+    ("Boxes", extent::TABLE),
+    ("Pictures", pictures::TABLE),
+    ("Inspection", inspection::TABLE),
+    ("Scripts", script::TABLE),
+];
+
 static ALL: LazyLock<Vec<&'static Builtin>> = LazyLock::new(|| {
-    let tables: [&'static [Builtin]; 7] = [
-        mathematics::TABLE,
-        lists::TABLE,
-        calculus::TABLE,
-        surfaces::TABLE,
-        extent::TABLE,
-        pictures::TABLE,
-        script::TABLE,
-    ];
-    let mut all: Vec<&'static Builtin> = tables.into_iter().flatten().collect();
-    all.extend(mathematics::operations());
-    all
+    let tables = SECTIONS.iter().flat_map(|(_, table)| *table);
+    tables.chain(mathematics::operations()).collect()
 });
 
 impl std::fmt::Debug for Builtin {
@@ -112,7 +120,21 @@ const fn pure(
         parameters,
         documentation,
         acts: false,
+        lifts: false,
         call: Call::Function(call),
+    }
+}
+
+/// A table's entry for a mathematical function.
+const fn mathematical(
+    name: &'static str,
+    parameters: &'static [&'static str],
+    documentation: &'static str,
+    call: Function,
+) -> Builtin {
+    Builtin {
+        lifts: true,
+        ..pure(name, parameters, documentation, call)
     }
 }
 
@@ -132,6 +154,12 @@ const fn action(
 /// All functions, in the order of their tables.
 pub fn all() -> &'static [&'static Builtin] {
     &ALL
+}
+
+/// All functions by what they are about: a title and a table each, the elementary functions first.
+pub fn sections() -> impl Iterator<Item = (&'static str, &'static [Builtin])> {
+    let elementary = ("Elementary functions", mathematics::operations());
+    std::iter::once(elementary).chain(SECTIONS.iter().copied())
 }
 
 /// The function of that name.

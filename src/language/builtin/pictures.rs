@@ -1,5 +1,6 @@
 //! Pictures as a function of the language.
 
+use std::path::PathBuf;
 use std::rc::Rc;
 
 use super::script::{output_path, write};
@@ -7,7 +8,7 @@ use super::surfaces::{box_of, compiled_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::Field;
-use crate::file::Format;
+use crate::file::{Format, check_writable};
 use crate::geometry::Bounds;
 use crate::language::function::At;
 use crate::language::product::ImageSet;
@@ -38,9 +39,10 @@ pub(super) const TABLE: &[Builtin] = &[action(
 fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let path = output_path(session, arguments)?;
     if let Some(path) = &path {
-        // A name that no picture can have is said before the work.
-        Format::of_path(path)
-            .and_then(|format| format.check_holds("pictures"))
+        // What cannot be written is said before the work.
+        let made = session.output_directories.first().map(PathBuf::as_path);
+        Format::for_kind(path, "pictures")
+            .and_then(|_| check_writable(path, made))
             .map_err(|error| {
                 super::file_failure(&error).at(arguments.place("path"), "this file")
             })?;
@@ -48,7 +50,7 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let (field, bounds) = compiled_argument(session, arguments)?;
     let bounds = box_of(&field, 0.0, bounds, arguments)?;
     let options = options(session, arguments, bounds)?;
-    let picture = picture::render(&field, &options, session.host.monitor())
+    let picture = picture::render(&field, &options, &session.monitor())
         .map_err(|error| picture_failure(&error, arguments))?;
     let dimension = field.dimension();
     warn(session, arguments, &picture, dimension);

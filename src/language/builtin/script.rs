@@ -3,13 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::{Code, Diagnostic, Span, shorten};
 use crate::file::{self, FileError};
 use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
 use crate::language::session::Session;
+use crate::language::settings::quoted;
 use crate::language::show::show;
 use crate::language::tracer::first_axis;
 use crate::language::value::{Outcome, Value, failure};
@@ -25,14 +26,13 @@ pub(super) const TABLE: &[Builtin] = &[
                 let plain = session.plain(argument.value.clone(), argument.span)?;
                 words.push(show(&plain, None));
             }
-            session.host.print(&words.join(" "));
-            Ok(Value::Nothing)
+            print(session, arguments, &words.join(" "))
         },
     ),
-    action(
+    pure(
         "assert",
         &["condition", "message ="],
-        "Ends the program with an error unless the condition holds.",
+        "Ends the program with an error unless the condition holds. In a field a condition on parameters is tested at their present values, and one on the point not at all.",
         assert,
     ),
     action(
@@ -44,7 +44,7 @@ pub(super) const TABLE: &[Builtin] = &[
     pure(
         "load",
         &["path"],
-        "The field that a file holds; a relative path starts at the script's folder. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
+        "The field that a file holds; a relative path starts at the folder of the script or module. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
         load,
     ),
     action(
@@ -53,9 +53,14 @@ pub(super) const TABLE: &[Builtin] = &[
         "Prints what a function or field is for.",
         |session, arguments| {
             let text = documentation(&arguments.value("of"));
-            session.host.print(&text);
-            Ok(Value::Nothing)
+            print(session, arguments, &text)
         },
+    ),
+    action(
+        "time",
+        &[],
+        "Seconds since the program began: the difference of two is what lies between them. The only value that differs from run to run.",
+        |session, _| Ok(Value::Number(session.begun.elapsed().as_secs_f64())),
     ),
     pure(
         "json",
@@ -68,17 +73,33 @@ pub(super) const TABLE: &[Builtin] = &[
     ),
 ];
 
+/// Prints a line, if there may be so much.
+fn print(session: &mut Session, arguments: &Arguments, line: &str) -> Outcome<Value> {
+    session.count_output(line.len() as u64 + 1, arguments.span)?;
+    session.host.print(line);
+    Ok(Value::Nothing)
+}
+
 fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    // A script's own assertions are among its actions; those of functions and fields are about
+    // what they are given.
+    if !session.acting && session.depth == 0 && session.graph.level == 0 {
+        return Ok(Value::Unknown);
+    }
     let place = arguments.place("condition");
     let message = arguments.text("message")?;
-    match session.plain(arguments.value("condition"), place)? {
+    match session.present(arguments.value("condition")) {
+        // It depends on the point: there is no one answer.
+        Value::Condition(_) => Ok(Value::Nothing),
         Value::Bool(true) => Ok(Value::Nothing),
         Value::Bool(false) => {
             let message = match message {
                 Some(message) => format!("assertion failed: {message}"),
                 None => "assertion failed".into(),
             };
-            Err(failure(Code::AssertionFailed, message).at(place, "this does not hold"))
+            let mut error = failure(Code::AssertionFailed, message).at(place, "this does not hold");
+            error.help = failed_comparison(session, place);
+            Err(error)
         }
         other => {
             let mut error = arguments.expected("a condition", "condition", &other);
@@ -86,6 +107,17 @@ fn assert(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             Err(error)
         }
     }
+}
+
+/// What was compared last in an assertion's condition, if that is why it does not hold.
+fn failed_comparison(session: &Session, place: Span) -> Option<String> {
+    let (span, left, right) = session.failed_comparison.as_ref()?;
+    let within = span.source == place.source && place.to(*span) == place;
+    let [left, right] = [left, right].map(quoted);
+    within.then(|| {
+        let (left, right) = (shorten(&left), shorten(&right));
+        format!("the left side is {left}, the right side is {right}")
+    })
 }
 
 fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
@@ -120,16 +152,24 @@ pub(super) fn write(
     if let Some(directory) = session.output_directories.first() {
         file::create_folder(directory).map_err(failed)?;
     }
+    let left = session.output_left();
     let result = match value {
-        Value::Mesh(set) => file::write_mesh(path, &set.mesh),
-        Value::Curves(set) => file::write_curves(path, &set.curves),
-        Value::Samples(set) => file::write_samples(path, &set.samples),
-        Value::Image(set) => file::write_image(path, &set.picture.image),
+        Value::Mesh(set) => file::write_mesh(path, &set.mesh, left),
+        Value::Curves(set) => file::write_curves(path, &set.curves, left),
+        Value::Samples(set) => file::write_samples(path, &set.samples, left),
+        Value::Image(set) => file::write_image(path, &set.picture.image, left),
         other => {
             return Err(arguments.expected("a mesh, curves, samples or an image", "value", other));
         }
     };
-    result.map_err(failed)?;
+    match result {
+        Ok(bytes) => session.count_output(bytes, place)?,
+        Err(FileError::TooLarge { .. }) => {
+            let more = left.saturating_add(1);
+            return session.count_output(more, place);
+        }
+        Err(error) => return Err(failed(error)),
+    }
     session.host.wrote(path);
     Ok(())
 }
@@ -138,7 +178,7 @@ fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let Some(given) = arguments.text("path")? else {
         return Ok(Value::Nothing);
     };
-    let path = session.input_directory.join(given);
+    let path = session.unit.directory.join(given);
     let graph = &mut session.graph;
     let first = first_axis(graph.level);
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(first + axis));
@@ -157,14 +197,20 @@ pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
         FileError::CannotRead { .. } => Code::CannotRead,
         FileError::BadContent { .. } => Code::BadContent,
         FileError::TooLong { .. } => Code::NodeLimit,
+        FileError::TooLarge { .. } => Code::OutputLimit,
         FileError::CannotWrite { .. } => Code::CannotWrite,
         FileError::UnknownFormat { .. } => Code::UnknownFormat,
         FileError::WrongFormat { .. } => Code::WrongFormat,
     };
     let mut failure = failure(code, error.to_string());
-    if let FileError::TooLong { .. } = error {
-        failure.help = Some("raise it with `--limit nodes=N` if this is meant".into());
-    }
+    let limit = match error {
+        FileError::TooLong { .. } => "nodes",
+        FileError::TooLarge { .. } => "bytes",
+        _ => return failure,
+    };
+    failure.help = Some(format!(
+        "raise it with `--limit {limit}=N` if this is meant"
+    ));
     failure
 }
 
@@ -202,9 +248,16 @@ fn documentation(value: &Value) -> String {
         Value::Function(FunctionValue::Builtin(builtin)) => {
             (builtin.signature(), Some(builtin.documentation))
         }
-        Value::Function(FunctionValue::Closure(closure)) => (
-            closure.shown_name().to_string(),
-            closure.documentation.as_deref(),
+        Value::Function(FunctionValue::Closure(closure)) => {
+            (closure.signature(), closure.documentation.as_deref())
+        }
+        Value::Module(module) => (
+            format!(
+                "{}: {}",
+                show(value, None),
+                module.scope.names_here().join(", ")
+            ),
+            module.documentation.as_deref(),
         ),
         Value::Field(field) => (show(value, None), field.documentation()),
         other => (other.kind().to_string(), None),

@@ -179,7 +179,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         options.tolerance = tolerance;
     }
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
-    let monitor = session.host.monitor();
+    let monitor = &session.monitor();
     let (value, statistics) = match bounds.dimension {
         1 => polygonize::roots(&field, &options, monitor)
             .map(|found| (Value::numbers(found.roots), found.statistics)),
@@ -312,6 +312,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         method,
         bounds,
         count: arguments.count(session, "count")?,
+        count_limit: session.limits.particles,
         ..sample::Options::default()
     };
     if let Some(seed) = arguments.count(session, "seed")? {
@@ -323,7 +324,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(friction) = arguments.positive(session, "friction")? {
         options.friction = friction;
     }
-    let outcome = sample::sample(&field, &options, session.host.monitor())
+    let outcome = sample::sample(&field, &options, &session.monitor())
         .map_err(|error| sample_failure(&error, arguments))?;
     let statistics = outcome.statistics;
     if outcome.samples.positions.is_empty() {
@@ -348,6 +349,12 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
     match error {
         SampleError::Option { option, .. } => {
             failure(Code::BadValue, message).at(arguments.place(option), "this value")
+        }
+        SampleError::TooMany { .. } => {
+            let mut failure =
+                failure(Code::ParticleLimit, message).at(arguments.place("count"), "this many");
+            failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
+            failure
         }
         SampleError::Dimension { .. } => {
             failure(Code::WrongDimension, message).at(arguments.span, "here")

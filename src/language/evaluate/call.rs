@@ -6,14 +6,14 @@ use crate::diagnostic::{Code, Span, suggest};
 use crate::language::builtin::{Arguments, Builtin};
 use crate::language::field::FieldValue;
 use crate::language::function::{
-    Argument, At, Closure, FunctionValue, match_arguments, parameter_names,
+    Argument, At, Closure, FunctionValue, Rule, match_arguments, parameter_names,
 };
 use crate::language::limits::exceeded;
 use crate::language::product;
 use crate::language::scope::Scope;
 use crate::language::session::{BranchKind, Session};
 use crate::language::value::{Outcome, Value, failure};
-use crate::syntax::tree::{self, Expression, ExpressionKind, Name, Pattern};
+use crate::syntax::tree::{self, Expression, ExpressionKind, Function, Name, Pattern};
 
 /// How deep functions are followed where it is unknown whether they are called at all, and so
 /// where their recursion ends.
@@ -172,9 +172,12 @@ impl Session {
         match function {
             FunctionValue::Closure(closure) => self.call_closure(closure, arguments, span),
             FunctionValue::Builtin(builtin) => self.call_builtin(builtin, arguments, span),
-            FunctionValue::Derivative { operator, function } => {
-                self.call_derivative(operator, function, arguments, span)
-            }
+            FunctionValue::Derivative {
+                operator,
+                function,
+                others,
+            } => self.call_derivative(operator, function, others, arguments, span),
+            FunctionValue::Pointwise(pointwise) => self.call_pointwise(pointwise, &arguments, span),
         }
     }
 
@@ -202,25 +205,45 @@ impl Session {
         }
         let scope = Scope::inside(&closure.scope);
         self.depth += 1;
+        // A module's functions find files where the module does.
+        let outer = match self.modules.units.is_empty() {
+            true => None,
+            false => scope
+                .unit()
+                .map(|unit| std::mem::replace(&mut self.unit, unit)),
+        };
         let value = self
             .bind_arguments(closure, arguments, span, &scope)
             .and_then(|()| self.expression(&closure.function.body, &scope));
+        if let Some(outer) = outer {
+            self.unit = outer;
+        }
         self.depth -= 1;
-        value
+        // What fails inside the library has no place but this call.
+        value.map_err(|error| {
+            let label = format!("in this call of `{}`", closure.shown_name());
+            error.at(span, &label)
+        })
     }
 
     fn bind_arguments(
         &mut self,
         closure: &Closure,
-        arguments: Vec<Argument>,
+        mut arguments: Vec<Argument>,
         span: Span,
         scope: &Rc<Scope>,
     ) -> Outcome<()> {
         let function = &closure.function;
         let shown = closure.shown_name();
+        let rest = take_rest(function, &mut arguments);
         let places = match_arguments(shown, &parameter_names(function), arguments)
             .at(span, "in this call")?;
         for (parameter, argument) in function.parameters.iter().zip(places) {
+            if parameter.rest {
+                let list = Value::list(rest.iter().map(|rest| rest.value.clone()).collect());
+                self.bind(&parameter.pattern, list, span, scope)?;
+                continue;
+            }
             let (value, place) = match (argument, &parameter.default) {
                 (Some(argument), _) => (argument.value, argument.span),
                 (None, Some(default)) => (self.usable(default, scope)?, default.span),
@@ -241,13 +264,19 @@ impl Session {
         Ok(())
     }
 
-    fn call_builtin(
+    pub(super) fn call_builtin(
         &mut self,
         builtin: &'static Builtin,
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
+        if builtin.lifts
+            && !unknown
+            && let Some(function) = self.pointwise(&Rule::Builtin(builtin), &arguments, span)?
+        {
+            return Ok(function);
+        }
         let arguments = Arguments::new(builtin, arguments, span)?;
         if builtin.acts {
             if self.graph.level > 0 {
@@ -260,11 +289,19 @@ impl Session {
             if !self.acting {
                 return Ok(Value::Unknown);
             }
+            self.check_time(span)?;
         }
         if unknown {
             return Ok(Value::Unknown);
         }
-        let value = builtin.apply(self, &arguments).at(span, "in this call")?;
+        let value = builtin.apply(self, &arguments).or_else(|error| {
+            // Work that the clock has ended says only that it was cancelled.
+            if error.code == Code::Cancelled {
+                self.check_time(span)?;
+            }
+            Err(error)
+        });
+        let value = value.at(span, "in this call")?;
         if let Value::List(list) = &value {
             // Long lists take long to make: a step for every few elements.
             self.steps += list.leaves() / 16;
@@ -277,6 +314,7 @@ impl Session {
         &mut self,
         operator: &'static Builtin,
         function: &Rc<FunctionValue>,
+        others: &[Argument],
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
@@ -304,8 +342,9 @@ impl Session {
             .at(span, "in this call"));
         }
         let field = self.function_as_field(function, dimension, as_point, span)?;
-        let argument = unnamed(Value::Field(field), span);
-        let derivative = self.call_builtin(operator, vec![argument], span)?;
+        let mut operands = vec![unnamed(Value::Field(field), span)];
+        operands.extend_from_slice(others);
+        let derivative = self.call_builtin(operator, operands, span)?;
         self.call_value(&derivative, arguments, span, span)
     }
 
@@ -335,7 +374,27 @@ impl Session {
     }
 }
 
-fn unnamed(value: Value, span: Span) -> Argument {
+/// Takes the arguments that belong to the parameter `name..`, if there is one: all without a
+/// name from its place on.
+fn take_rest(function: &Function, arguments: &mut Vec<Argument>) -> Vec<Argument> {
+    let Some(first) = function
+        .parameters
+        .iter()
+        .position(|parameter| parameter.rest)
+    else {
+        return Vec::new();
+    };
+    let mut place = 0;
+    let is_rest = |argument: &Argument| {
+        place += usize::from(argument.name.is_none());
+        argument.name.is_none() && place > first
+    };
+    let (rest, others) = std::mem::take(arguments).into_iter().partition(is_rest);
+    *arguments = others;
+    rest
+}
+
+pub(super) fn unnamed(value: Value, span: Span) -> Argument {
     Argument {
         name: None,
         value,

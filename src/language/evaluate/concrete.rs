@@ -59,6 +59,23 @@ impl Session {
         Err(error)
     }
 
+    /// A condition under the present parameters, in a field's body too; one that depends on the
+    /// point, and any other value, stays as it is.
+    pub(crate) fn present(&mut self, value: Value) -> Value {
+        match value {
+            Value::Condition(condition)
+                if self
+                    .graph
+                    .support(&[condition.truth])
+                    .coordinates
+                    .is_empty() =>
+            {
+                Value::Bool(self.number_of_node(condition.truth) != 0.0)
+            }
+            other => other,
+        }
+    }
+
     /// The number of a node without coordinates. Each node is computed once in a session, since
     /// parameters don't change while it lasts.
     fn number_of_node(&mut self, node: NodeId) -> f64 {

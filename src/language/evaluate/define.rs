@@ -3,6 +3,7 @@
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::with::depends;
 use crate::diagnostic::{Code, Span};
 use crate::geometry::Bounds;
 use crate::language::arithmetic::solid_of;
@@ -11,6 +12,7 @@ use crate::language::function::{At, Closure, FunctionValue};
 use crate::language::parameters::{self, Parameter};
 use crate::language::scope::{Binding, Scope};
 use crate::language::session::{BranchKind, Session};
+use crate::language::settings::{self, Setting, SettingRange};
 use crate::language::tracer::DEEPEST_LEVEL;
 use crate::language::value::{Outcome, Value, failure};
 use crate::syntax::tree::{Coordinates, Expression, Function, Name, Statement, StatementKind};
@@ -31,27 +33,24 @@ impl Session {
             Some(range) => Some(self.parameter_range(range, scope)?),
             None => None,
         };
-        let (shape, span) = match self.settings.get(&*name.text).cloned() {
-            Some(setting) => {
-                let globals = Rc::clone(&self.globals);
-                let given = self.usable(&setting, &globals)?;
-                let given = self.plain(given, setting.span)?;
+        let full_name = self.unit.full_name(&name.text);
+        let (shape, span) = match self.given(&full_name)? {
+            Some((given, span)) => {
                 if !parameters::same_shape(&given, &default) {
                     let message = format!(
-                        "the parameter `{}` is {}, and is set to {} of another shape",
-                        name.text,
+                        "the parameter `{full_name}` is {}, and is set to {} of another shape",
                         default.kind(),
                         given.kind()
                     );
-                    return Err(failure(Code::WrongKind, message).at(setting.span, "this value"));
+                    return Err(failure(Code::WrongKind, message).at(span, "this value"));
                 }
-                (given, setting.span)
+                (given, span)
             }
             None => (default, value.span),
         };
         let components = parameters::components(&shape).at(span, shape.kind())?;
-        parameters::check_range(&name.text, &components, range).at(span, "outside its range")?;
-        let first = self.parameters.values().len();
+        parameters::check_range(&full_name, &components, range).at(span, "outside its range")?;
+        let first = self.first_component(&full_name, &shape, name.span)?;
         let mut next = first;
         let graph = &mut self.graph;
         let symbols = parameters::fill(&shape, &mut || {
@@ -64,9 +63,104 @@ impl Session {
             range,
             documentation: statement.documentation.clone(),
         };
-        self.parameters.define(&name.text, definition, components);
+        self.parameters.define(&full_name, definition, components);
         scope.bind(&name.text, Binding::Constant(symbols));
         Ok(())
+    }
+
+    /// The place in q of a new parameter. Where definitions are run again, parameters keep their
+    /// places, so they must keep their shapes.
+    fn first_component(&self, name: &str, shape: &Value, span: Span) -> Outcome<usize> {
+        if self.runs_again == 0 {
+            return Ok(self.parameters.values().len());
+        }
+        let before = self.parameters.get(name).at(span, "not defined before")?;
+        if parameters::same_shape(&before.value, shape) {
+            return Ok(before.first);
+        }
+        let message = format!("the setting changes the shape of the parameter `{name}`");
+        let mut error = failure(Code::WrongKind, message).at(span, "this parameter");
+        error.help = Some("such a setting can be changed from outside only, by `--set`".into());
+        Err(error)
+    }
+
+    /// What was given from outside for a parameter or setting, and where that is written.
+    fn given(&mut self, full_name: &str) -> Outcome<Option<(Value, Span)>> {
+        let Some(expression) = self.given.get(full_name).cloned() else {
+            return Ok(None);
+        };
+        if let Some(value) = self.given_values.get(full_name) {
+            return Ok(Some((value.clone(), expression.span)));
+        }
+        let globals = Rc::clone(&self.main.scope);
+        let value = self.usable(&expression, &globals)?;
+        let value = self.plain(value, expression.span)?;
+        let value_kept = value.clone();
+        self.given_values.insert(full_name.into(), value_kept);
+        Ok(Some((value, expression.span)))
+    }
+
+    /// `setting name = value in range`
+    pub(super) fn define_setting(
+        &mut self,
+        name: &Name,
+        value: &Expression,
+        range: Option<&Expression>,
+        statement: &Statement,
+        scope: &Rc<Scope>,
+    ) -> Outcome<()> {
+        let default = self.usable(value, scope)?;
+        if default.is_symbolic() {
+            return Err(depends(&name.text, value.span));
+        }
+        if default.is_unknown() {
+            scope.bind(&name.text, Binding::Constant(Value::Unknown));
+            return Ok(());
+        }
+        let range = match range {
+            Some(range) => Some(self.setting_range(range, scope)?),
+            None => None,
+        };
+        let full_name = self.unit.full_name(&name.text);
+        let setting = Setting {
+            value: default.clone(),
+            range,
+            documentation: statement.documentation.clone(),
+        };
+        let (chosen, span) = match self.overriding.get(&full_name) {
+            Some(value) => (value.clone(), name.span),
+            None => self
+                .given(&full_name)?
+                .unwrap_or((default.clone(), value.span)),
+        };
+        settings::check(&full_name, &default, None).at(value.span, default.kind())?;
+        self.settings.define(&full_name, setting.clone());
+        self.check_setting(&full_name, &chosen, span)?;
+        let value = chosen.clone();
+        self.settings
+            .define(&full_name, Setting { value, ..setting });
+        scope.bind(&name.text, Binding::Constant(chosen));
+        Ok(())
+    }
+
+    fn setting_range(&mut self, range: &Expression, scope: &Rc<Scope>) -> Outcome<SettingRange> {
+        match self.usable(range, scope)? {
+            Value::Interval(interval) => Ok(SettingRange::Between(interval)),
+            Value::List(values) if !values.is_empty() => {
+                for value in values.iter() {
+                    settings::check("", value, None).at(range.span, "one of its elements")?;
+                }
+                Ok(SettingRange::OneOf(values))
+            }
+            other => Err(failure(
+                Code::WrongKind,
+                format!(
+                    "the range of a setting is an interval or a list of values, but this is {}",
+                    other.kind()
+                ),
+            )
+            .at(range.span, other.kind())),
+        }
     }
 
     fn parameter_range(&mut self, range: &Expression, scope: &Rc<Scope>) -> Outcome<(f64, f64)> {
@@ -137,7 +231,7 @@ impl Session {
         let field = FieldValue::new(dimension, self.graph.level, solid, domain)
             .at(body.span, "the body of the field")?
             .named(&name.text, statement.documentation.clone());
-        if Rc::ptr_eq(scope, &self.globals) {
+        if Rc::ptr_eq(scope, &self.main.scope) {
             self.fields.insert(Arc::clone(&name.text), field.clone());
         }
         scope.bind(&name.text, Binding::Constant(Value::Field(field)));

@@ -2,14 +2,14 @@
 
 use std::rc::Rc;
 
+use super::call::unnamed;
 use crate::diagnostic::{Code, Span, suggest};
 use crate::graph::Op;
 use crate::language::arithmetic::{self, not_a_condition};
 use crate::language::field;
-use crate::language::function::{At, Closure, FunctionValue};
+use crate::language::function::{At, Closure, FunctionValue, Rule};
 use crate::language::limits::exceeded;
 use crate::language::list::List;
-use crate::language::parameters;
 use crate::language::product;
 use crate::language::scope::{Binding, Scope};
 use crate::language::session::Session;
@@ -24,6 +24,9 @@ use crate::syntax::tree::{
 const STACK_RESERVE: usize = 256 * 1024;
 const STACK_GROWTH: usize = 8 * 1024 * 1024;
 
+/// After so many expressions the clock is looked at.
+const EXPRESSIONS_PER_LOOK: u32 = 1 << 12;
+
 /// How deep lists may be nested: what walks over a list may recurse.
 const DEEPEST_LIST: u32 = 64;
 
@@ -34,9 +37,14 @@ impl Session {
         expression: &Expression,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
+        self.ticks = self.ticks.wrapping_add(1);
+        if self.ticks.is_multiple_of(EXPRESSIONS_PER_LOOK) {
+            self.check_time(expression.span)?;
+        }
         let value = stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
             self.expression_kind(expression, scope)
-        })?;
+        })
+        .at(expression.span, "here")?;
         self.check_size(&value, expression.span)?;
         Ok(value)
     }
@@ -72,7 +80,7 @@ impl Session {
             ExpressionKind::Comparison { first, rest } => self.comparison(first, rest, span, scope),
             ExpressionKind::Interval { low, high } => self.interval(low, high, span, scope),
             ExpressionKind::Steps { interval, step } => self.steps(interval, step, scope),
-            ExpressionKind::With { subject, bindings } => self.with(subject, bindings, scope),
+            ExpressionKind::With { subject, bindings } => self.with(subject, bindings, span, scope),
             ExpressionKind::Pipe { left, right } => self.pipe(left, right, span, scope),
             ExpressionKind::Call { callee, arguments } => {
                 self.call_expression(callee, arguments, None, span, scope)
@@ -108,17 +116,22 @@ impl Session {
     pub(crate) fn lookup(&mut self, name: &Name, scope: &Rc<Scope>) -> Outcome<Value> {
         match scope.find(&name.text) {
             Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
-            Some(Binding::Lazy(_)) if !self.acting => Ok(Value::Unknown),
-            Some(Binding::Lazy(statement)) => {
-                // It is run as if it were its turn in the file, whoever asks for it.
-                let globals = Rc::clone(&self.globals);
+            Some(Binding::Library(entry, scope)) => match scope.upgrade() {
+                Some(scope) => self.library_value(entry, &scope).at(name.span, "here"),
+                None => Ok(Value::Unknown),
+            },
+            Some(Binding::Lazy(..)) if !self.acting => Ok(Value::Unknown),
+            Some(Binding::Lazy(statement, unit)) => {
+                // It is run as if it were its turn in its file, whoever asks for it.
+                let outer = std::mem::replace(&mut self.unit, Rc::clone(&unit));
                 let level = std::mem::take(&mut self.graph.level);
                 let branch = self.branch.take();
-                let done = self.statement(&statement, &globals);
+                let done = self.statement(&statement, &unit.scope);
                 self.graph.level = level;
                 self.branch = branch;
+                self.unit = outer;
                 done?;
-                match globals.find(&name.text) {
+                match unit.scope.find(&name.text) {
                     Some(Binding::Constant(value) | Binding::Variable(value)) => Ok(value),
                     _ => Ok(Value::Unknown),
                 }
@@ -162,13 +175,33 @@ impl Session {
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
         let value = self.usable(operand, scope)?;
-        match (operator, &value) {
-            (UnaryOperator::Negate, _) | (UnaryOperator::Complement, Value::Field(_)) => {
-                arithmetic::apply(&mut self.graph, Op::Negate, &[value])
-            }
-            _ => arithmetic::negate_condition(&mut self.graph, &value),
+        let operands = [unnamed(value, operand.span)];
+        match self.pointwise(&Rule::Unary(operator), &operands, operand.span)? {
+            Some(function) => Ok(function),
+            None => self.apply_unary(operator, &operands[0].value, operand.span),
         }
-        .at(operand.span, "this operand")
+    }
+
+    pub(super) fn apply_unary(
+        &mut self,
+        operator: UnaryOperator,
+        value: &Value,
+        span: Span,
+    ) -> Outcome<Value> {
+        let negates = match operator {
+            UnaryOperator::Negate => true,
+            // A number is the value of a field: `!` turns its inside out.
+            UnaryOperator::Complement => matches!(
+                value,
+                Value::Field(_) | Value::Number(_) | Value::Symbol(_) | Value::Interval(_)
+            ),
+            UnaryOperator::Not => false,
+        };
+        match negates {
+            true => arithmetic::apply(&mut self.graph, Op::Negate, std::slice::from_ref(value)),
+            false => arithmetic::negate_condition(&mut self.graph, value),
+        }
+        .at(span, "this operand")
     }
 
     fn binary(
@@ -181,8 +214,27 @@ impl Session {
         if let BinaryOperator::And | BinaryOperator::Or = operator {
             return self.connective(operator == BinaryOperator::And, left, right, scope);
         }
-        let operands = [self.usable(left, scope)?, self.usable(right, scope)?];
-        let operands = self.settle(operands, [left.span, right.span], false)?;
+        let values = [self.usable(left, scope)?, self.usable(right, scope)?];
+        let spans = [left.span, right.span];
+        if values.iter().any(Value::has_function) && !values.iter().any(Value::is_unknown) {
+            let [first, second] = values.clone();
+            let operands = [unnamed(first, left.span), unnamed(second, right.span)];
+            let span = left.span.to(right.span);
+            if let Some(function) = self.pointwise(&Rule::Binary(operator), &operands, span)? {
+                return Ok(function);
+            }
+        }
+        self.apply_binary(operator, values, spans)
+    }
+
+    pub(super) fn apply_binary(
+        &mut self,
+        operator: BinaryOperator,
+        operands: [Value; 2],
+        spans: [Span; 2],
+    ) -> Outcome<Value> {
+        let operands = self.settle(operands, spans, false)?;
+        let operands = self.solids(operator, operands, spans)?;
         let graph = &mut self.graph;
         let result = match operator {
             BinaryOperator::Add => arithmetic::apply(graph, Op::Add, &operands),
@@ -211,11 +263,32 @@ impl Session {
             let label = |value: &Value| format!("this is {}", value.kind());
             if error.labels.is_empty() {
                 let (first, second) = (label(&operands[0]), label(&operands[1]));
-                Box::new(error.label(left.span, first).label(right.span, second))
+                Box::new(error.label(spans[0], first).label(spans[1], second))
             } else {
                 error
             }
         })
+    }
+
+    /// Relations between the signs of solids are the solids where they hold.
+    fn solids(
+        &mut self,
+        operator: BinaryOperator,
+        operands: [Value; 2],
+        spans: [Span; 2],
+    ) -> Outcome<[Value; 2]> {
+        use BinaryOperator::{Difference, Intersection, Union};
+        if !matches!(operator, Union | Intersection | Difference) {
+            return Ok(operands);
+        }
+        let [left, right] = operands;
+        let solid = |value: Value, span: Span| match value {
+            Value::Condition(_) => {
+                arithmetic::solid_of(&self.graph, &value).at(span, "this relation")
+            }
+            other => Ok(other),
+        };
+        Ok([solid(left, spans[0])?, solid(right, spans[1])?])
     }
 
     fn connective(
@@ -232,6 +305,20 @@ impl Session {
             return Ok(first);
         }
         let second = self.usable(right, scope)?;
+        if first.has_function() || second.has_function() {
+            let operator = match conjunction {
+                true => BinaryOperator::And,
+                false => BinaryOperator::Or,
+            };
+            let operands = [
+                unnamed(first.clone(), left.span),
+                unnamed(second.clone(), right.span),
+            ];
+            let span = left.span.to(right.span);
+            if let Some(function) = self.pointwise(&Rule::Binary(operator), &operands, span)? {
+                return Ok(function);
+            }
+        }
         for (value, place) in [(&first, left), (&second, right)] {
             if !matches!(
                 value,
@@ -254,92 +341,80 @@ impl Session {
         let mut all: Option<Value> = None;
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
-            let lists = [&left, &right].map(|value| matches!(value, Value::List(_)));
-            let [left_operand, right] =
-                self.settle([left, right], [span, operand.span], lists.contains(&true))?;
-            left = left_operand;
-            let holds = arithmetic::compare(&mut self.graph, *operator, &left, &right)
-                .at(span, "this comparison")?;
+            let spans = [span, operand.span];
+            let compared = left.clone();
+            let [right, holds] = match [&left, &right].iter().any(|one| one.has_function()) {
+                true => self.compare_functions(*operator, [left, right], spans, span)?,
+                false => self.apply_comparison(*operator, [left, right], spans, span)?,
+            };
+            match holds {
+                Value::Bool(false) => {
+                    self.failed_comparison = Some((span, compared, right.clone()));
+                }
+                // An older failure at this place is no longer true.
+                _ => self.failed_comparison = None,
+            }
             all = Some(match all {
                 None => holds,
-                Some(before) => arithmetic::combine(&mut self.graph, true, &before, &holds)
-                    .at(span, "this comparison")?,
+                Some(before) => self.both(before, holds, span)?,
             });
             left = right;
         }
         Ok(all.unwrap_or(Value::Bool(true)))
     }
 
-    fn with(
+    /// The right operand, as it was compared, and whether the comparison holds.
+    pub(super) fn apply_comparison(
         &mut self,
-        subject: &Expression,
-        bindings: &[(Name, Expression)],
-        scope: &Rc<Scope>,
-    ) -> Outcome<Value> {
-        let subject_value = self.usable(subject, scope)?;
-        let mut changes = Vec::new();
-        let mut unknown = false;
-        for (place, (name, expression)) in bindings.iter().enumerate() {
-            if let Some((before, _)) = bindings[..place]
-                .iter()
-                .find(|(before, _)| before.text == name.text)
-            {
-                let message = format!("the parameter `{}` is given twice", name.text);
-                let error = failure(Code::BoundTwice, message);
-                return Err(Box::new(
-                    error
-                        .label(name.span, "the second time")
-                        .label(before.span, "the first time"),
-                ));
-            }
-            let parameter = self
-                .parameters
-                .get(&name.text)
-                .at(name.span, "not a parameter")?
-                .clone();
-            let value = self.usable(expression, scope)?;
-            let value = self.plain(value, expression.span)?;
-            if value.is_unknown() {
-                unknown = true;
-                continue;
-            }
-            if !parameters::same_shape(&value, &parameter.value) {
-                let message = format!(
-                    "the parameter `{}` is {}, and is given {} of another shape",
-                    name.text,
-                    parameter.value.kind(),
-                    value.kind()
-                );
-                return Err(failure(Code::WrongKind, message).at(expression.span, "this value"));
-            }
-            let components = parameters::components(&value).at(expression.span, value.kind())?;
-            parameters::check_range(&name.text, &components, parameter.range)
-                .at(expression.span, "outside its range")?;
-            changes.extend(
-                components
-                    .into_iter()
-                    .enumerate()
-                    .map(|(place, value)| (parameter.first + place, value)),
-            );
+        operator: ComparisonOperator,
+        operands: [Value; 2],
+        spans: [Span; 2],
+        span: Span,
+    ) -> Outcome<[Value; 2]> {
+        let lists = operands.iter().any(|value| matches!(value, Value::List(_)));
+        let [left, right] = self.settle(operands, spans, lists)?;
+        let holds = arithmetic::compare(&mut self.graph, operator, &left, &right)
+            .at(span, "this comparison")?;
+        Ok([right, holds])
+    }
+
+    fn compare_functions(
+        &mut self,
+        operator: ComparisonOperator,
+        [left, right]: [Value; 2],
+        spans: [Span; 2],
+        span: Span,
+    ) -> Outcome<[Value; 2]> {
+        let operands = [
+            unnamed(left.clone(), spans[0]),
+            unnamed(right.clone(), spans[1]),
+        ];
+        match self.pointwise(&Rule::Comparison(operator), &operands, span)? {
+            Some(holds) => Ok([right, holds]),
+            None => self.apply_comparison(operator, [left, right], spans, span),
         }
-        match subject_value {
-            Value::Unknown => Ok(Value::Unknown),
-            _ if unknown => Ok(Value::Unknown),
-            Value::Field(field) => Ok(Value::Field(field.with(changes))),
-            other => Err(failure(
-                Code::WrongKind,
-                format!(
-                    "`with` changes the parameters of a field, but this is {}",
-                    other.kind()
-                ),
-            )
-            .at(subject.span, other.kind())),
+    }
+
+    /// The conjunction of neighbouring comparisons.
+    fn both(&mut self, before: Value, holds: Value, span: Span) -> Outcome<Value> {
+        if before.has_function() || holds.has_function() {
+            let operands = [unnamed(before.clone(), span), unnamed(holds.clone(), span)];
+            let and = Rule::Binary(BinaryOperator::And);
+            if let Some(function) = self.pointwise(&and, &operands, span)? {
+                return Ok(function);
+            }
         }
+        arithmetic::combine(&mut self.graph, true, &before, &holds).at(span, "this comparison")
     }
 
     /// A property of a value; those of a vector field's vectors are fields.
     pub(super) fn property(&mut self, value: &Value, name: &Name) -> Outcome<Option<Value>> {
         match value {
+            Value::Module(module) => self.member(module, name).map(Some),
+            Value::Function(_) if product::is_swizzle(&name.text) => {
+                let operands = [unnamed(value.clone(), name.span)];
+                self.pointwise(&Rule::Property(name.clone()), &operands, name.span)
+            }
             Value::Field(field) if product::property(field.body(), &name.text).is_some() => {
                 let operands = std::slice::from_ref(value);
                 field::lift(&mut self.graph, operands, &mut |_, bodies| {

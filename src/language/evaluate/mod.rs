@@ -8,5 +8,9 @@ mod choice;
 mod concrete;
 mod define;
 mod expression;
+mod pointwise;
 mod sequence;
 mod statement;
+mod with;
+
+pub(super) use with::{World, WorldKey};

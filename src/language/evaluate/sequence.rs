@@ -2,11 +2,12 @@
 
 use std::rc::Rc;
 
+use super::call::unnamed;
 use super::statement::element_place;
 use crate::diagnostic::{Code, Span};
 use crate::graph::Interval;
 use crate::language::field;
-use crate::language::function::At;
+use crate::language::function::{At, Rule};
 use crate::language::limits::exceeded;
 use crate::language::scope::Scope;
 use crate::language::session::Session;
@@ -141,12 +142,27 @@ impl Session {
         let Some(place) = self.whole_number(index, scope)? else {
             return Ok(Value::Unknown);
         };
+        self.element(value, place, subject.span, index.span)
+    }
+
+    /// `value[place]`
+    pub(super) fn element(
+        &mut self,
+        value: Value,
+        place: i64,
+        subject: Span,
+        index: Span,
+    ) -> Outcome<Value> {
         match value {
             Value::Unknown => Ok(Value::Unknown),
             Value::List(elements) => {
-                let place =
-                    element_place(place, elements.len()).at(index.span, "outside the list")?;
+                let place = element_place(place, elements.len()).at(index, "outside the list")?;
                 Ok(elements[place].clone())
+            }
+            Value::Function(_) => {
+                let operands = [unnamed(value, subject)];
+                self.pointwise(&Rule::Element(place), &operands, subject)
+                    .map(|value| value.unwrap_or(Value::Unknown))
             }
             Value::Field(ref field) if matches!(field.body(), Value::List(_)) => {
                 let pick = |body: &Value| match body {
@@ -157,13 +173,13 @@ impl Session {
                     scalar => Ok(scalar.clone()),
                 };
                 field::lift(&mut self.graph, &[value], &mut |_, bodies| pick(&bodies[0]))
-                    .at(index.span, "outside the components")
+                    .at(index, "outside the components")
             }
             other => Err(failure(
                 Code::WrongKind,
                 format!("only lists have elements, but this is {}", other.kind()),
             )
-            .at(subject.span, other.kind())),
+            .at(subject, other.kind())),
         }
     }
 }

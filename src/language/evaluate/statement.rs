@@ -38,13 +38,17 @@ impl Session {
                 if names.iter().any(|name| unknown(name)) {
                     let later = Rc::new(statement.clone());
                     for name in names {
-                        scope.bind(&name.text, Binding::Lazy(Rc::clone(&later)));
+                        let unit = Rc::clone(&self.unit);
+                        scope.bind(&name.text, Binding::Lazy(Rc::clone(&later), unit));
                     }
                 }
             }
             StatementKind::Field { name, .. } if unknown(name) => {
-                scope.bind(&name.text, Binding::Lazy(Rc::new(statement.clone())));
-                self.postponed.push(statement.clone());
+                let later = Rc::new(statement.clone());
+                scope.bind(&name.text, Binding::Lazy(later, Rc::clone(&self.unit)));
+                if self.is_in_main() {
+                    self.postponed.push(statement.clone());
+                }
             }
             _ => {}
         }
@@ -56,6 +60,13 @@ impl Session {
         match &statement.kind {
             StatementKind::Parameter { name, value, range } => {
                 self.define_parameter(name, value, range.as_ref(), statement, scope)?;
+            }
+            StatementKind::Setting { name, value, range } => {
+                self.define_setting(name, value, range.as_ref(), statement, scope)?;
+            }
+            StatementKind::Import { path, name } => {
+                let module = self.import(name, statement.documentation.clone(), path.span)?;
+                scope.bind(&name.text, Binding::Constant(module));
             }
             StatementKind::Function { name, function } => {
                 self.define_function(name, function, statement, scope);
@@ -79,7 +90,8 @@ impl Session {
             StatementKind::Expression(expression) => {
                 return self.expression_statement(expression, scope);
             }
-            StatementKind::Error => {}
+            // Tests are run by whoever asks for them, after everything else.
+            StatementKind::Test { .. } | StatementKind::Error => {}
         }
         Ok(Value::Nothing)
     }

@@ -37,7 +37,11 @@ expectations! {
     FieldName "the field's name",
     FunctionName "the function's name",
     PropertyName "the name of a property after `.`",
-    BindingName "the name of a parameter",
+    BindingName "the name of a parameter or setting",
+    ImportPath "the path of a file, a string",
+    TestName "the test's name, a string",
+    ModuleName "the module's name",
+    PlainText "a string without interpolations",
     Pattern "a name or a list of names",
     Coordinate "the name of a coordinate",
     OpenCoordinates "`(` and the field's coordinates",
@@ -55,6 +59,7 @@ expectations! {
     BodyAfterParameters "`=` or `{` after the function's parameters",
     InAfterPattern "`in` after the names",
     InAfterCoordinate "`in`",
+    As "`as` and a name for the module",
     Range "`in` and a range",
     Then "`then`",
     Else "`else`",
@@ -237,6 +242,7 @@ fn hint(
         E::FunctionName,
         E::PropertyName,
         E::BindingName,
+        E::ModuleName,
         E::Pattern,
         E::Coordinate,
     ]
@@ -263,6 +269,10 @@ fn hint(
         _ if error.expects(E::EqualsAfterCoordinates) => {
             Some("write `field f(x, y, z) = …`, or `field f(x, y, z) over -1..1 = …`".to_owned())
         }
+        _ if error.expects(E::ImportPath) || error.expects(E::As) => {
+            Some("write `import \"parts.imp\" as parts`".to_owned())
+        }
+        _ if error.expects(E::TestName) => Some("write `test \"what is tested\" { … }`".to_owned()),
         _ if error.expects(E::Then) || error.expects(E::Else) => {
             Some("write `if c then a else b` or `if c { … } else { … }`".to_owned())
         }

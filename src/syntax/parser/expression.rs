@@ -310,7 +310,15 @@ fn bindings<'source>(
     let separates =
         |token| matches!(token, Token::Comma | Token::Newline | Token::Semicolon).then_some(());
     let separators = pick(Expectation::Comma, separates).repeated().at_least(1);
-    let binding = name(Expectation::BindingName)
+    let member = token(Token::Dot, Expectation::EqualsAfterName)
+        .ignore_then(name(Expectation::PropertyName));
+    let path = name(Expectation::BindingName)
+        .foldl(member.repeated(), |path, member| Name {
+            text: format!("{}.{}", path.text, member.text).into(),
+            span: path.span.to(member.span),
+        })
+        .boxed();
+    let binding = path
         .then_ignore(token(Token::Assign, Expectation::EqualsAfterName))
         .then(expression)
         .map(|(name, value)| value.map(|value| (name, value)))

@@ -9,7 +9,7 @@ use super::input::{Place, Rule, pick, token};
 use crate::diagnostic::{Code, Diagnostic, shorten};
 use crate::syntax::number::{escape_value, number_value, precision_value};
 use crate::syntax::token::Token;
-use crate::syntax::tree::{Block, Clause, ExpressionKind, TextPart};
+use crate::syntax::tree::{Block, Clause, ExpressionKind, Literal, TextPart};
 
 /// The rule for what operators stand between.
 pub(super) fn operand<'source>(
@@ -138,9 +138,9 @@ fn list<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, Dee
         .boxed()
 }
 
-/// `"…{e:.3}…"`: runs of text and escapes become one literal each.
-fn text<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, DeepExpression> {
-    let characters = pick(Expectation::CloseInterpolation, |token| {
+/// Runs of text and escapes, at least one.
+fn characters<'source>(expectation: Expectation) -> Rule<'source, String> {
+    pick(expectation, |token| {
         matches!(token, Token::TextRun | Token::TextEscape).then_some(token)
     })
     .map_with(|token, place: &mut Place<'source, '_>| {
@@ -156,8 +156,26 @@ fn text<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, Dee
         }
         characters
     })
-    .map(|characters| Deep::new(TextPart::Literal(characters.into()), 0))
-    .boxed();
+    .boxed()
+}
+
+/// A string without interpolations.
+pub(super) fn literal<'source>(expectation: Expectation) -> Rule<'source, Literal> {
+    token(Token::StringStart, expectation)
+        .ignore_then(characters(Expectation::PlainText).or_not())
+        .then_ignore(token(Token::StringEnd, Expectation::PlainText))
+        .map_with(|characters, place: &mut Place<'source, '_>| Literal {
+            text: characters.unwrap_or_default().into(),
+            span: place.span(),
+        })
+        .boxed()
+}
+
+/// `"…{e:.3}…"`: runs of text and escapes become one literal each.
+fn text<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source, DeepExpression> {
+    let characters = characters(Expectation::CloseInterpolation)
+        .map(|characters| Deep::new(TextPart::Literal(characters.into()), 0))
+        .boxed();
     let precision = token(Token::Format, Expectation::Format)
         .map_with(|(), place: &mut Place<'source, '_>| {
             let span = place.span();

@@ -38,20 +38,37 @@ fn list_of<'source>(
         .boxed()
 }
 
-/// A pattern, with or without a default.
+/// A pattern, with or without a default, or `name..`, which takes any number of arguments.
 pub(super) fn parameter<'source>(
     expression: Rule<'source, DeepExpression>,
 ) -> Rule<'source, Deep<FunctionParameter>> {
-    pattern(Expectation::ParameterName)
+    let rest = name(Expectation::ParameterName)
+        .then_ignore(token(Token::DotDot, Expectation::Comma))
+        .map(|name| {
+            Deep::new(
+                FunctionParameter {
+                    rest: true,
+                    ..plain_parameter(name)
+                },
+                0,
+            )
+        })
+        .boxed();
+    let single = pattern(Expectation::ParameterName)
         .then(
             token(Token::Assign, Expectation::Comma)
                 .ignore_then(expression)
                 .or_not(),
         )
         .map(|(pattern, default)| {
-            optional(default).map(|default| FunctionParameter { pattern, default })
+            optional(default).map(|default| FunctionParameter {
+                pattern,
+                default,
+                rest: false,
+            })
         })
-        .boxed()
+        .boxed();
+    rest.or(single).boxed()
 }
 
 /// A parameter that is one name without a default.
@@ -59,5 +76,6 @@ pub(super) fn plain_parameter(name: Name) -> FunctionParameter {
     FunctionParameter {
         pattern: Pattern::Name(name),
         default: None,
+        rest: false,
     }
 }

@@ -9,8 +9,9 @@ use super::error::{Expectation, SyntaxError};
 use super::expression::expression;
 use super::input::{Extra, Input, Place, Rule, next_span, pick, rest_of_statement, token};
 use super::input::{name, rest_of_brackets};
+use super::operand::literal;
 use super::pattern::{list_pattern, parameter, pattern};
-use crate::diagnostic::{Code, Diagnostic, Span};
+use crate::diagnostic::{Code, Diagnostic};
 use crate::syntax::token::Token;
 use crate::syntax::tree::{
     Block, Coordinates, Expression, ExpressionKind, Function, Name, Pattern, Statement,
@@ -107,11 +108,13 @@ fn kind<'source>(
         binding(expression.clone()),
         variable(expression.clone()),
         parameter_definition(expression.clone()),
+        setting_definition(expression.clone()),
+        import(),
+        test(block.clone()),
         function(expression.clone(), block.clone()),
         field(expression.clone()),
         for_loop(expression.clone(), block.clone()),
         while_loop(expression.clone(), block),
-        reserved(),
         assignment(expression),
     ))
     .boxed()
@@ -145,10 +148,33 @@ fn variable<'source>(expression: Rule<'source, DeepExpression>) -> Rule<'source,
 fn parameter_definition<'source>(
     expression: Rule<'source, DeepExpression>,
 ) -> Rule<'source, DeepKind> {
+    ranged_definition(Token::Param, expression)
+        .map(|ranged| {
+            ranged.map(|(name, value, range)| StatementKind::Parameter { name, value, range })
+        })
+        .boxed()
+}
+
+/// `setting name = value in range`
+fn setting_definition<'source>(
+    expression: Rule<'source, DeepExpression>,
+) -> Rule<'source, DeepKind> {
+    ranged_definition(Token::Setting, expression)
+        .map(|ranged| {
+            ranged.map(|(name, value, range)| StatementKind::Setting { name, value, range })
+        })
+        .boxed()
+}
+
+/// `word name = value in range`
+fn ranged_definition<'source>(
+    word: Token,
+    expression: Rule<'source, DeepExpression>,
+) -> Rule<'source, Deep<(Name, Expression, Option<Expression>)>> {
     let range = token(Token::In, Expectation::Range)
         .ignore_then(expression.clone())
         .or_not();
-    token(Token::Param, Expectation::Expression)
+    token(word, Expectation::Expression)
         .ignore_then(name(Expectation::DefinedName))
         .then_ignore(token(Token::Assign, Expectation::EqualsAfterName))
         .then(expression)
@@ -156,8 +182,27 @@ fn parameter_definition<'source>(
         .map(|((name, value), range)| {
             value
                 .and(optional(range))
-                .map(|(value, range)| StatementKind::Parameter { name, value, range })
+                .map(|(value, range)| (name, value, range))
         })
+        .boxed()
+}
+
+/// `import "path" as name`
+fn import<'source>() -> Rule<'source, DeepKind> {
+    token(Token::Import, Expectation::Expression)
+        .ignore_then(literal(Expectation::ImportPath))
+        .then_ignore(token(Token::As, Expectation::As))
+        .then(name(Expectation::ModuleName))
+        .map(|(path, name)| Deep::new(StatementKind::Import { path, name }, 0))
+        .boxed()
+}
+
+/// `test "name" { … }`
+fn test<'source>(block: Rule<'source, Deep<Block>>) -> Rule<'source, DeepKind> {
+    token(Token::Test, Expectation::Expression)
+        .ignore_then(literal(Expectation::TestName))
+        .then(block)
+        .map(|(name, body)| body.map(|body| StatementKind::Test { name, body }))
         .boxed()
 }
 
@@ -338,29 +383,6 @@ fn while_loop<'source>(
                 .map(|(condition, body)| StatementKind::While { condition, body })
         })
         .boxed()
-}
-
-/// A statement that begins with a word that is kept for later.
-fn reserved<'source>() -> Rule<'source, DeepKind> {
-    pick(Expectation::Expression, |token| {
-        matches!(
-            token,
-            Token::Setting | Token::Import | Token::Test | Token::As
-        )
-        .then_some(token)
-    })
-    .map_with(|token, place: &mut Place<'source, '_>| (token, place.span()))
-    .then_ignore(rest_of_statement().or_not())
-    .validate(|(token, span): (Token, Span), _, emitter| {
-        let diagnostic = Diagnostic::error(
-            Code::UnexpectedToken,
-            format!("{token} is not part of this version of Imp"),
-        )
-        .label(span, "a reserved word");
-        emitter.emit(SyntaxError::said(diagnostic, span));
-        Deep::new(StatementKind::Error, 0)
-    })
-    .boxed()
 }
 
 /// An expression on its own, or `target = value`.

@@ -15,6 +15,16 @@ fn statement(statement: &Statement) -> String {
                 .map_or(String::new(), |range| format!(" {}", expression(range)));
             format!("(param {} {}{range})", name.text, expression(value))
         }
+        StatementKind::Setting { name, value, range } => {
+            let range = range
+                .as_ref()
+                .map_or(String::new(), |range| format!(" {}", expression(range)));
+            format!("(setting {} {}{range})", name.text, expression(value))
+        }
+        StatementKind::Import { path, name } => {
+            format!("(import {:?} {})", path.text, name.text)
+        }
+        StatementKind::Test { name, body } => format!("(test {:?} {})", name.text, block(body)),
         StatementKind::Let {
             pattern: bound,
             value,

@@ -102,7 +102,7 @@ fn messages_say_what_was_expected_and_found() {
         ("f with a", "expected `{` after `with`, found `a`"),
         (
             "f with {1}",
-            "expected the name of a parameter or `}`, found `1`",
+            "expected the name of a parameter or setting or `}`, found `1`",
         ),
         ("\"{}\"", "expected an expression, found `}`"),
         (
@@ -113,18 +113,21 @@ fn messages_say_what_was_expected_and_found() {
             "let for = 1",
             "expected a name or a list of names, found `for`",
         ),
+        ("setting n 3", "expected `=` after the name, found `3`"),
         (
-            "setting n = 3",
-            "`setting` is not part of this version of Imp",
+            "import parts as p",
+            "expected the path of a file, a string, found `parts`",
         ),
         (
-            "import \"a.imp\" as a",
-            "`import` is not part of this version of Imp",
+            "import \"a.imp\"",
+            "expected `as` and a name for the module, found the end of the file",
         ),
         (
-            "test \"a\" { assert(1 = ) }",
-            "`test` is not part of this version of Imp",
+            "import \"{a}.imp\" as a",
+            "expected a string without interpolations, found `{`",
         ),
+        ("test \"a\" assert(true)", "expected `{`, found `assert`"),
+        ("test { }", "expected the test's name, a string, found `{`"),
         (
             "1 = x",
             "the left side of `=` is a name, an element `a[i]` or a property `a.b`",
