@@ -268,3 +268,16 @@ fn bad_programs_end_with_one_message() {
         );
     }
 }
+
+#[test]
+fn the_reference_holds_builtins_and_the_library() {
+    let whole = imp(&["doc"]).well().stdout;
+    for heading in ["# Reference", "## Solids", "### `polygonize(", "### `algebraic.clebsch"] {
+        assert!(whole.contains(heading), "{heading}");
+    }
+    let torus = imp(&["doc", "torus"]).well().stdout;
+    assert!(torus.starts_with("### `torus("), "{torus}");
+    let wrong = imp(&["doc", "tours"]);
+    assert_eq!(wrong.code, 1);
+    assert!(wrong.stderr.contains("did you mean `torus`"), "{}", wrong.stderr);
+}

@@ -20,6 +20,7 @@ mod mention;
 pub mod module;
 pub mod parameters;
 pub mod product;
+pub mod reference;
 pub mod resolve;
 pub mod scope;
 pub mod session;

@@ -56,6 +56,9 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp render examples/csg.imp part -o part.png --occlusion\n  imp render examples/torus.imp -o torus.png --view 30,20 --perspective 35 --size 800x600\n  imp render examples/cassini.imp -o ovals.png --size 1024\n  imp render scene.imp \"a & !b\" -o cut.png --bounds \"[-1..1, -1..1, 0..2]\" --view top --transparent\n\nThe box, from the field's `over` or from `--bounds`, cuts solids: cuts are shown flat and orange.\nGrey is where the field is not a number, or jumps below 0 without a zero."
     )]
     Render(Render),
+    /// Prints the reference of the language and its library as Markdown, or what it says of a name
+    #[command(after_help = "Examples:\n  imp doc > reference.md\n  imp doc smooth_union\n  imp doc algebraic")]
+    Doc(Doc),
     /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
@@ -294,6 +297,14 @@ pub(super) struct Subject {
 }
 
 #[derive(Args, Debug)]
+pub(super) struct Doc {
+    /// A function, a definition of the library, or one of its namespaces
+    pub(super) name: Option<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
 pub(super) struct Info {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
@@ -345,6 +356,7 @@ impl Command {
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,
             Command::Render(command) => &command.common,
+            Command::Doc(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
             Command::Explain(_) => return None,

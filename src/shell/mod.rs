@@ -7,6 +7,7 @@
 
 mod arguments;
 mod check;
+mod doc;
 mod dump;
 mod eval;
 mod explain;
@@ -97,6 +98,7 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Mesh(command) => make::mesh(command),
         Command::Sample(command) => make::sample(command),
         Command::Render(command) => render::render(command),
+        Command::Doc(command) => doc::doc(command),
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
         Command::Explain(command) => explain::explain(command),
