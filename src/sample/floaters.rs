@@ -116,7 +116,11 @@ pub(super) fn floaters(
         .filter(|&&n| n == DVec3::ZERO)
         .count() as u64;
     let statistics = Statistics {
-        started: seeds.len() as u64 + run.births - run.deaths,
+        started: if seeds.is_empty() {
+            SEEDS
+        } else {
+            run.population.floaters.len() as u64
+        },
         points: samples.positions.len() as u64,
         iterations: tally.iterations,
         steps: search_tally.steps + tally.steps,

@@ -5,7 +5,8 @@ use crate::geometry::Bounds;
 /// What happened while sampling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
-    /// Particles released for the final sample.
+    /// Particles released for the final sample, or floaters that are put on the surface in the end
+    /// (without any, the particles that were to find seeds).
     pub started: u64,
     /// Points in the final sample: `started` without the dropped ones.
     pub points: u64,

@@ -10,7 +10,7 @@ use imp::sample::{Keep, Options, SampleError, thin};
 const DELTA: f64 = 0.2;
 
 fn dense() -> Samples {
-    run(&sphere(DVec3::ZERO, 1.0), &Options::default()).samples
+    run(&sphere(DVec3::ZERO, 1.0), &particles()).samples
 }
 
 /// The buckets of side DELTA over the bounding box of `all` that hold points of `some`.

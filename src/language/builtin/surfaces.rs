@@ -358,7 +358,8 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 /// all is an error; that nothing could be proven is none, because the sampler can search.
 fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bounds>> {
     match found_bounds(field, 0.0, arguments) {
-        Ok(bounds) => Ok(Some(bounds)),
+        // A zero set that is a point has no box to speak of.
+        Ok(bounds) => Ok(Some(bounds).filter(|bounds| bounds.diagonal() > 1e-90)),
         Err(error) if error.code == Code::NoBounds => Ok(None),
         Err(error) => Err(error),
     }

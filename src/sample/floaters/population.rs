@@ -43,7 +43,7 @@ const CREASE: f64 = 0.7;
 const BACK: f64 = -0.5;
 
 /// For so many steps after it has met a crease a floater counts as being there.
-const CREASE_MEMORY: u32 = 400;
+const CREASE_MEMORY: u32 = 100;
 
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
 const SKIN: f64 = 0.1;
@@ -140,8 +140,10 @@ pub(super) struct Population<'a> {
     pub(super) bounds: Bounds,
     pub(super) floaters: Vec<Floater>,
     pub(super) neighbours: Neighbours,
-    /// How far floaters may still move, together with a neighbour, before the lists are wrong.
-    slack: f64,
+    /// Where floaters were when the lists were made; empty when they have to be made anew.
+    listed_at: Vec<DVec3>,
+    /// How far floaters may go from there before the lists are wrong.
+    leash: f64,
     pub(super) tally: Tally,
 }
 
@@ -153,19 +155,24 @@ impl<'a> Population<'a> {
             bounds,
             floaters: Vec::new(),
             neighbours: Neighbours::default(),
-            slack: -1.0,
+            listed_at: Vec::new(),
+            leash: 0.0,
             tally: Tally::default(),
         }
     }
 
     /// To be called when floaters were added, removed or given other radii.
     pub(super) fn changed(&mut self) {
-        self.slack = -1.0;
+        self.listed_at.clear();
     }
 
     /// Brings floaters into the order of space and lists neighbours, if that is not done.
     pub(super) fn meet(&mut self) {
-        if self.slack >= 0.0 {
+        let placed = self.floaters.iter().zip(&self.listed_at);
+        let near = |(floater, &place): (&Floater, &DVec3)| {
+            floater.position.distance_squared(place) <= self.leash * self.leash
+        };
+        if self.listed_at.len() == self.floaters.len() && placed.into_iter().all(near) {
             return;
         }
         let site = |floater: &Floater| Site {
@@ -181,7 +188,9 @@ impl<'a> Population<'a> {
         let sites: Vec<Site> = self.floaters.iter().map(site).collect();
         self.neighbours = Neighbours::new(&sites);
         let radii = self.floaters.iter().map(|floater| floater.radius);
-        self.slack = SKIN * CUTOFF * radii.fold(f64::INFINITY, f64::min);
+        // Two floaters may approach each other, each by half of the skin.
+        self.leash = 0.5 * SKIN * CUTOFF * radii.fold(f64::INFINITY, f64::min);
+        self.listed_at = sites.into_iter().map(|site| site.position).collect();
     }
 
     /// What each floater feels, in order; needs [`Population::meet`].
@@ -335,17 +344,14 @@ impl<'a> Population<'a> {
             .map(|(index, felt)| self.aim(index, felt.velocity, motion))
             .collect();
         let there = self.evaluate(&places);
-        let mut farthest: f64 = 0.0;
         let mut unrest = Unrest::default();
         for (index, (&place, &there)) in places.iter().zip(&there).enumerate() {
             let before = self.floaters[index].position;
             if self.arrive(index, place, there) {
                 let moved = place.distance(before);
-                farthest = farthest.max(moved);
                 unrest.add(&self.floaters[index], moved);
             }
         }
-        self.slack -= 2.0 * farthest;
         self.tally.steps += places.len() as u64;
         self.tally.iterations += 1;
         unrest.mean(places.len())

@@ -37,7 +37,7 @@ pub(super) struct Source {
     pub(super) position: DVec3,
     pub(super) normal: DVec3,
     pub(super) radius: f64,
-    /// Whether it is on a crease, where its normal is that of either side.
+    /// Whether it is on a crease, where its normal is that of either side and tells nothing.
     pub(super) on_crease: bool,
 }
 
@@ -64,7 +64,7 @@ impl Repulsion {
             if square > longer * longer {
                 continue;
             }
-            let weight = if own.on_crease && other.on_crease {
+            let weight = if own.on_crease || other.on_crease {
                 1.0
             } else {
                 same_sheet(own.normal, other.normal, offset, square)
