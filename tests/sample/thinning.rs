@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::fields::*;
 use glam::DVec3;
 use imp::geometry::Samples;
-use imp::sample::{Keep, Options, SampleError, thin};
+use imp::sample::{Keep, SampleError, thin};
 
 const DELTA: f64 = 0.2;
 
