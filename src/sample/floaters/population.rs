@@ -46,7 +46,7 @@ const BACK: f64 = -0.5;
 const CREASE_MEMORY: u32 = 100;
 
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
-const SKIN: f64 = 0.1;
+const SKIN: f64 = 0.25;
 
 /// One floater.
 #[derive(Clone, Copy, Debug)]
