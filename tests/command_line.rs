@@ -123,13 +123,16 @@ fn sample_reports_what_it_made() {
         ],
     );
     let report = run.well().json();
-    assert_eq!(report["method"], json!("kinematic"));
+    assert_eq!(report["method"], json!("floaters"));
     assert_eq!(report["converged"], json!(true));
     assert!(report["max_residual"].as_f64().unwrap() < 1e-8);
     assert!(report["spacing"]["mean"].as_f64().unwrap() > 0.0);
     let points = report["points"].as_u64().unwrap() as usize;
     let csv = std::fs::read_to_string(folder.path().join("ball.csv")).unwrap();
     assert_eq!(csv.lines().count(), points + 1);
+    for key in ["iterations", "births", "deaths", "evaluations", "seconds"] {
+        assert!(report[key].is_number(), "{key}");
+    }
 }
 
 #[test]

@@ -11,7 +11,8 @@ pub struct Samples {
     pub positions: Vec<DVec3>,
     /// F_x / |F_x|; 0 where the gradient vanishes.
     pub normals: Vec<DVec3>,
-    /// Distance to the nearest other point, halved: the disk that a point may claim.
+    /// The disk that a point may claim: the repulsion radius of a floater; for other samples half
+    /// the distance to the nearest other point.
     pub radii: Vec<f64>,
     /// |F| / |F_x|: the first-order distance from the zero set.
     pub residuals: Vec<f64>,

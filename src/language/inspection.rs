@@ -33,7 +33,7 @@ impl Session {
             let compiled = field
                 .compiled(&mut self.graph, self.parameters.values())
                 .at(name.span, "this field")?;
-            let report = inspect(&compiled, &bounds, self.host.monitor())
+            let report = inspect(&compiled, &bounds, &self.monitor())
                 .map_err(|error| failure(Code::Cancelled, error.to_string()))
                 .at(name.span, "this field")?;
             for warning in warnings(&report, bounds.dimension, name.span) {

@@ -174,6 +174,14 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(f64::from(statistics.iterations)))
     }),
+    shown("births", |set| {
+        let births = set.statistics.as_ref()?.births?;
+        number(births as f64)
+    }),
+    shown("deaths", |set| {
+        let deaths = set.statistics.as_ref()?.deaths?;
+        number(deaths as f64)
+    }),
     shown("converged", |set| {
         set.statistics
             .as_ref()

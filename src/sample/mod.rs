@@ -4,7 +4,8 @@
 //! residuals. [`sample`] is the one entry; each method has a file of its own. Samplers know of
 //! fields only what the `Field` trait says, and neither the language nor the command line.
 //!
-//! The two methods so far are the physically-based particles of Figueiredo and Gomes
+//! The default are the floaters of Witkin and Heckbert, which spread evenly over the surface by
+//! repulsion (`floaters`). The others are the physically-based particles of Figueiredo and Gomes
 //! ("Physically-based sampling of implicit objects"): many particles are released at random,
 //! each moves towards the surface on its own, and where they come to rest is the sample. In
 //! reading order: the rules of motion (`kinematic`, `dynamic`), the flight of particles under such a
@@ -15,6 +16,7 @@
 mod dynamic;
 mod evaluation;
 mod flight;
+mod floaters;
 mod kinematic;
 mod newton;
 mod particle;
@@ -41,8 +43,11 @@ use release::{Release, release};
 /// A way to place points on a zero set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// Particles whose velocity is -sign(F) F_x (Figueiredo and Gomes): converges fastest.
+    /// Particles on the surface that repel each other, with births and deaths (Witkin and
+    /// Heckbert): evenly spread. For fields in R2 and R3.
     #[default]
+    Floaters,
+    /// Particles whose velocity is -sign(F) F_x (Figueiredo and Gomes): converges fastest.
     Kinematic,
     /// Particles on which -sign(F) F_x acts as a force, with friction (Figueiredo and Gomes):
     /// avoids spurious attractors better.
@@ -54,12 +59,16 @@ pub enum Method {
 pub struct Options {
     /// The method.
     pub method: Method,
-    /// How many particles are released, at most `count_limit`; what does not reach the
-    /// surface gives no point. `None`: 100 in R1, 1,000 in R2 and 5,000 in R3, the paper's
-    /// advice for curves and surfaces.
+    /// How many floaters there are in the end (`None`: 500 on a curve, 2,000 on a surface), or
+    /// how many other particles are released; what does not reach the surface gives no point
+    /// (`None`: 100 in R1, 1,000 in R2 and 5,000 in R3, the paper's advice for curves and
+    /// surfaces). At most `count_limit`.
     pub count: Option<u64>,
-    /// The largest number of particles that may be released.
+    /// The largest number of particles.
     pub count_limit: u64,
+    /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
+    /// pattern with as many points on the same area. Other methods know no spacing.
+    pub spacing: Option<f64>,
     /// Where the random starts come from: the same seed gives the same bytes.
     pub seed: u64,
     /// The box to search, from which no point strays. `None`: the search begins in -1..1 and
@@ -90,6 +99,7 @@ impl Default for Options {
             method: Method::default(),
             count: None,
             count_limit: Options::MOST,
+            spacing: None,
             seed: 0,
             bounds: None,
             tolerance: 1e-9,
@@ -163,6 +173,7 @@ pub fn sample(
     let start_box = start_box(dimension, options)?;
     check(options)?;
     match options.method {
+        Method::Floaters => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
         Method::Dynamic => {
             let friction = options.friction;
@@ -223,6 +234,8 @@ fn particles(
         evaluations: searching.evaluations + tally.evaluations,
         dropped: tally.dropped,
         converged: located.settled && rarely_unconverged,
+        births: None,
+        deaths: None,
         searches: located.rounds,
         settled: located.settled,
         bounds: located.bounds,
@@ -290,6 +303,17 @@ fn check(options: &Options) -> Result<(), SampleError> {
     {
         let limit = options.count_limit;
         return Err(SampleError::TooMany { count, limit });
+    }
+    if let Some(spacing) = options.spacing {
+        if !(spacing > 0.0 && spacing.is_finite()) {
+            return range("spacing", "greater than 0 and finite", &spacing);
+        }
+        if options.method != Method::Floaters {
+            return range("spacing", "left out with this method", &spacing);
+        }
+        if options.count.is_some() {
+            return range("spacing", "left out where `count` is given", &spacing);
+        }
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);

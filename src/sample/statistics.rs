@@ -5,7 +5,8 @@ use crate::geometry::Bounds;
 /// What happened while sampling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
-    /// Particles released for the final sample.
+    /// Particles released for the final sample, or floaters that are put on the surface in the end
+    /// (without any, the particles that were to find seeds).
     pub started: u64,
     /// Points in the final sample: `started` without the dropped ones.
     pub points: u64,
@@ -17,10 +18,14 @@ pub struct Statistics {
     pub evaluations: u64,
     /// Particles of the final sample that gave no point, by reason.
     pub dropped: Dropped,
-    /// Whether the sample can be relied on: the preliminary search came to an end, and at most
-    /// one particle in a hundred is dropped as unconverged. Particles caught by spurious
+    /// Whether the sample can be relied on: the preliminary search came to an end, and floaters
+    /// have the number that was asked for and are at rest, or at most one other particle in a hundred is dropped as unconverged. Particles caught by spurious
     /// attractors or gone from the box are what the method expects and don't count here.
     pub converged: bool,
+    /// Floaters that were born by fission or to fill a gap.
+    pub births: Option<u64>,
+    /// Floaters that died, superfluous seeds included.
+    pub deaths: Option<u64>,
     /// Rounds of the preliminary search.
     pub searches: u32,
     /// Whether the preliminary search ended because its last round found nothing outside the

@@ -48,7 +48,7 @@ pub(super) enum Command {
     Mesh(Mesh),
     /// Samples a field's zero set with particles
     #[command(
-        after_help = "Example:\n  imp sample examples/blobs.imp -o blobs.ply --method dynamic --count 20000 --seed 1"
+        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000"
     )]
     Sample(Sample),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
@@ -212,10 +212,13 @@ pub(super) struct Mesh {
 pub(super) struct Sample {
     #[command(flatten)]
     pub(super) subject: Subject,
-    /// The method: kinematic or dynamic
+    /// The method: floaters (evenly spread), kinematic or dynamic (random)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// How many particles are released
+    /// The distance between neighbouring floaters
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) spacing: Option<String>,
+    /// How many floaters, or how many other particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
     /// Where randomness starts

@@ -37,6 +37,7 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
+        ("spacing", command.spacing.as_deref()),
         ("count", command.count.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use imp::engine::{Field, Silent};
 use imp::geometry::Bounds;
-use imp::sample::{Options, Outcome, sample};
+use imp::sample::{Method, Options, Outcome, sample};
 
 /// A field from a function that gives F and F_x at a point.
 pub(crate) struct Analytic<F> {
@@ -143,6 +143,14 @@ pub(crate) fn spurious_circle() -> impl Field {
 /// The box with the same side on every axis.
 pub(crate) fn cube(dimension: usize, half: f64) -> Bounds {
     Bounds::from_sides(&vec![(-half, half); dimension]).unwrap()
+}
+
+/// The options of the particles of Figueiredo and Gomes.
+pub(crate) fn particles() -> Options {
+    Options {
+        method: Method::Kinematic,
+        ..Options::default()
+    }
 }
 
 /// Samples without a monitor, with options that are right.

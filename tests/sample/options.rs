@@ -22,7 +22,7 @@ fn the_number_of_threads_does_not_change_a_bit() {
     for method in [Method::Kinematic, Method::Dynamic] {
         let options = Options {
             method,
-            ..Options::default()
+            ..particles()
         };
         let outcomes = [1, 2, 4].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
@@ -40,7 +40,7 @@ fn the_seed_decides_the_points() {
     let with_seed = |seed| {
         let options = Options {
             seed,
-            ..Options::default()
+            ..particles()
         };
         bits(&run(&torus(), &options).samples)
     };
@@ -54,7 +54,7 @@ fn a_particle_depends_on_its_index_and_not_on_how_many_there_are() {
         let options = Options {
             count: Some(count),
             search_limit: 0,
-            ..Options::default()
+            ..particles()
         };
         run(&sphere(DVec3::ZERO, 1.0), &options).samples.positions
     };
@@ -69,7 +69,7 @@ fn options_out_of_range_are_refused_by_name() {
         Err(SampleError::Option { option, .. }) => option,
         other => panic!("{other:?}"),
     };
-    let default = Options::default;
+    let default = particles;
     let count = Some(0);
     assert_eq!(refused(Options { count, ..default() }), "count");
     for tolerance in [0.0, -1.0, 0.5, f64::NAN, f64::INFINITY] {
@@ -135,7 +135,7 @@ fn more_particles_than_are_allowed_are_refused() {
 fn bounds_must_have_the_dimension_of_the_field() {
     let options = Options {
         bounds: Some(cube(2, 1.0)),
-        ..Options::default()
+        ..particles()
     };
     let error = sample(&torus(), &options, &Silent).unwrap_err();
     assert_eq!(
@@ -157,7 +157,7 @@ fn a_cancelled_run_says_so() {
             true
         }
     }
-    let error = sample(&torus(), &Options::default(), &Impatient).unwrap_err();
+    let error = sample(&torus(), &particles(), &Impatient).unwrap_err();
     assert_eq!(error, SampleError::Cancelled);
 }
 
@@ -166,7 +166,7 @@ fn fewer_steps_than_needed_are_reported() {
     let options = Options {
         iteration_limit: 2,
         bounds: Some(cube(3, 2.0)),
-        ..Options::default()
+        ..particles()
     };
     let statistics = run(&blobs(), &options).statistics;
     assert_eq!(statistics.iterations, 2);

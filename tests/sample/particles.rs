@@ -13,7 +13,7 @@ type Distance = fn(DVec3) -> f64;
 fn options(method: Method) -> Options {
     Options {
         method,
-        ..Options::default()
+        ..particles()
     }
 }
 
@@ -66,7 +66,7 @@ fn every_particle_reaches_a_smooth_surface() {
 
 #[test]
 fn normals_are_unit_gradients_and_disks_do_not_overlap() {
-    let outcome = run(&sphere(DVec3::ZERO, 1.0), &Options::default());
+    let outcome = run(&sphere(DVec3::ZERO, 1.0), &particles());
     let samples = &outcome.samples;
     for (position, normal) in samples.positions.iter().zip(&samples.normals) {
         assert!(position.distance(*normal) < 1e-8);
@@ -230,7 +230,7 @@ fn all_roots_on_the_line_are_hit() {
 #[test]
 fn a_single_root_settles_the_search() {
     let line = field(1, |p| (p.x, DVec3::X));
-    let outcome = run(&line, &Options::default());
+    let outcome = run(&line, &particles());
     assert_eq!(outcome.statistics.points, 100);
     assert!(outcome.statistics.settled, "{:?}", outcome.statistics);
 }
@@ -313,7 +313,7 @@ fn where_value_and_gradient_underflow_together_the_residual_is_zero() {
     let flat = field(1, |p| (p.x.powi(40), 40.0 * p.x.powi(39) * DVec3::X));
     let wanted = Options {
         bounds: Some(cube(1, 1e-9)),
-        ..Options::default()
+        ..particles()
     };
     let outcome = run(&flat, &wanted);
     assert_eq!(outcome.statistics.points, 100);
@@ -400,7 +400,7 @@ fn regions_without_a_value_count_as_outside() {
         }
     }
     let nowhere = field(3, |_| (f64::NAN, DVec3::NAN));
-    let outcome = run(&nowhere, &Options::default());
+    let outcome = run(&nowhere, &particles());
     assert_eq!(outcome.statistics.dropped.undefined, 5_000);
 }
 
@@ -488,9 +488,9 @@ fn points_lie_in_the_bounds_and_the_rest_is_counted() {
 #[test]
 fn an_unbounded_surface_leaves_the_search_unsettled() {
     let plane = field(3, |p| (p.z - 0.5, DVec3::Z));
-    let outcome = run(&plane, &Options::default());
+    let outcome = run(&plane, &particles());
     let statistics = &outcome.statistics;
-    assert_eq!(statistics.searches, Options::default().search_limit);
+    assert_eq!(statistics.searches, particles().search_limit);
     assert!(!statistics.settled && !statistics.converged);
     assert_eq!(statistics.points, 5_000);
 }

@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use crate::fields::*;
 use glam::DVec3;
 use imp::geometry::Samples;
-use imp::sample::{Keep, Options, SampleError, thin};
+use imp::sample::{Keep, SampleError, thin};
 
 const DELTA: f64 = 0.2;
 
 fn dense() -> Samples {
-    run(&sphere(DVec3::ZERO, 1.0), &Options::default()).samples
+    run(&sphere(DVec3::ZERO, 1.0), &particles()).samples
 }
 
 /// The buckets of side DELTA over the bounding box of `all` that hold points of `some`.

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::extent::found_bounds;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::CompiledField;
+use crate::engine::{CompiledField, Field};
 use crate::geometry::Bounds;
 use crate::language::field::{FieldValue, bounds_of};
 use crate::language::function::At;
@@ -35,14 +35,15 @@ pub(super) const TABLE: &[Builtin] = &[
         "sample",
         &[
             "f",
-            "method = \"kinematic\"",
+            "method = \"floaters\"",
+            "spacing =",
             "count =",
             "seed = 0",
             "bounds =",
             "tolerance = 1e-9",
             "friction = 0.05",
         ],
-        "Points on the zero set, by the particles of Figueiredo and Gomes: \"kinematic\" ones move down |f|, \"dynamic\" ones fall with friction and pass more false minima. `count` particles are released (5000 for a surface, 1000 for a curve). Without bounds the surface is searched for.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. The box is `bounds`, or what `over` says, or, for floaters, one that provably holds the whole zero set; without any the surface is searched for.",
         sample,
     ),
     action(
@@ -298,21 +299,31 @@ fn warn_about_mesh(
 }
 
 fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let (field, given) = compiled_argument(session, arguments)?;
+    let in_line = field.dimension() == 1;
     let (method, name) = match arguments.text("method")?.as_deref() {
-        None | Some("kinematic") => (sample::Method::Kinematic, "kinematic"),
+        None if in_line => (sample::Method::Kinematic, "kinematic"),
+        None | Some("floaters") => (sample::Method::Floaters, "floaters"),
+        Some("kinematic") => (sample::Method::Kinematic, "kinematic"),
         Some("dynamic") => (sample::Method::Dynamic, "dynamic"),
         Some(other) => {
-            let message =
-                format!("there is no sampler `{other}`; there are \"kinematic\" and \"dynamic\"");
+            let message = format!(
+                "there is no sampler `{other}`; there are \"floaters\", \"kinematic\" and \
+                 \"dynamic\""
+            );
             return Err(arguments.bad("method", message));
         }
     };
-    let (field, bounds) = compiled_argument(session, arguments)?;
+    let bounds = match given {
+        None if method == sample::Method::Floaters => proven_box(&field, arguments)?,
+        given => given,
+    };
     let mut options = sample::Options {
         method,
         bounds,
         count: arguments.count(session, "count")?,
         count_limit: session.limits.particles,
+        spacing: arguments.positive(session, "spacing")?,
         ..sample::Options::default()
     };
     if let Some(seed) = arguments.count(session, "seed")? {
@@ -344,6 +355,17 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     Ok(Value::Samples(Rc::new(set)))
 }
 
+/// A box that provably holds the whole zero set, if one can be found. That there is no zero at
+/// all is an error; that nothing could be proven is none, because the sampler can search.
+fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bounds>> {
+    match found_bounds(field, 0.0, arguments) {
+        // A zero set that is a point has no box to speak of.
+        Ok(bounds) => Ok(Some(bounds).filter(|bounds| bounds.diagonal() > 1e-90)),
+        Err(error) if error.code == Code::NoBounds => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
 fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
     let message = error.to_string();
     match error {
@@ -368,6 +390,22 @@ fn warn_about_samples(
     arguments: &Arguments,
     statistics: &sample::Statistics,
 ) {
+    if statistics.births.is_some() && !statistics.converged {
+        let message = if statistics.settled {
+            format!(
+                "the floaters did not come to rest in {} iterations, or their number is not \
+                 exactly what was asked for",
+                statistics.iterations
+            )
+        } else {
+            "the search for the surface did not come to an end: the surface may be unbounded"
+                .to_owned()
+        };
+        let warning = Diagnostic::warning(Code::DroppedPoints, message)
+            .label(arguments.span, "sampled here")
+            .help("sharp creases, and sheets closer than rounding, keep them moving; all points are on the zero set all the same");
+        session.host.warn(warning);
+    }
     if statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0 {
         let warning = Diagnostic::warning(
             Code::DroppedPoints,

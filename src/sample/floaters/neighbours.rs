@@ -1,0 +1,200 @@
+//! Who is near: lists of neighbours from a grid of cells, in time linear in the floaters.
+//!
+//! Floaters are sorted by the cells of a grid whose side is the reach of the longest list; all
+//! that a floater can see lies in its cell and the 26 around it. The lists are made a little
+//! longer than needed, so that they hold for some iterations while floaters move.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Floaters that one task searches for.
+const CHUNK: usize = 256;
+
+/// Cells along an axis: keys of three axes fit into 63 bits.
+const MOST_CELLS: f64 = (1_u64 << 21) as f64 - 4.0;
+
+/// A place and how far it sees.
+#[derive(Clone, Copy)]
+pub(super) struct Site {
+    pub(super) position: DVec3,
+    pub(super) reach: f64,
+}
+
+/// The order that puts sites near each other in space near each other in memory.
+///
+/// It depends on the sites only. Costs O(n log n), of integers.
+pub(super) fn order(sites: &[Site]) -> Vec<u32> {
+    let grid = Grid::new(sites);
+    let mut keyed: Vec<(u64, u32)> = sites
+        .iter()
+        .zip(0..)
+        .map(|(site, index)| (grid.key(site.position), index))
+        .collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, index)| index).collect()
+}
+
+/// For each site, the others within the longer of the two reaches.
+#[derive(Default)]
+pub(super) struct Neighbours {
+    starts: Vec<u32>,
+    lists: Vec<u32>,
+}
+
+impl Neighbours {
+    /// The lists of sites that are in the order of [`order`].
+    pub(super) fn new(sites: &[Site]) -> Self {
+        let grid = Grid::new(sites);
+        let keys: Vec<u64> = sites.iter().map(|site| grid.key(site.position)).collect();
+        let chunks: Vec<(Vec<u32>, Vec<u32>)> = (0..sites.len().div_ceil(CHUNK))
+            .into_par_iter()
+            .map(|chunk| {
+                let first = chunk * CHUNK;
+                let last = (first + CHUNK).min(sites.len());
+                lists_of(sites, &grid, &keys, first..last)
+            })
+            .collect();
+        let mut neighbours = Neighbours {
+            starts: vec![0],
+            lists: Vec::new(),
+        };
+        for (lengths, lists) in chunks {
+            let base = neighbours.lists.len() as u32;
+            neighbours
+                .starts
+                .extend(lengths.iter().map(|end| base + end));
+            neighbours.lists.extend(lists);
+        }
+        neighbours
+    }
+
+    /// The neighbours of one.
+    pub(super) fn of(&self, index: usize) -> &[u32] {
+        &self.lists[self.starts[index] as usize..self.starts[index + 1] as usize]
+    }
+}
+
+/// The lists of some consecutive sites, one after the other, with the end of each.
+fn lists_of(
+    sites: &[Site],
+    grid: &Grid,
+    keys: &[u64],
+    range: std::ops::Range<usize>,
+) -> (Vec<u32>, Vec<u32>) {
+    let mut ends = Vec::with_capacity(range.len());
+    let mut lists = Vec::with_capacity(32 * range.len());
+    let mut rows: Vec<std::ops::Range<usize>> = Vec::with_capacity(9);
+    let mut rows_of = None;
+    for index in range {
+        if rows_of != Some(keys[index]) {
+            rows_of = Some(keys[index]);
+            grid.rows(keys[index], keys, &mut rows);
+        }
+        let site = sites[index];
+        for row in &rows {
+            for other in row.clone() {
+                let reach = site.reach.max(sites[other].reach);
+                if other != index
+                    && site.position.distance_squared(sites[other].position) < reach * reach
+                {
+                    lists.push(other as u32);
+                }
+            }
+        }
+        ends.push(lists.len() as u32);
+    }
+    (ends, lists)
+}
+
+/// Cells of equal side; keys count them along x first.
+struct Grid {
+    origin: DVec3,
+    per_unit: f64,
+}
+
+impl Grid {
+    fn new(sites: &[Site]) -> Self {
+        let mut low = DVec3::INFINITY;
+        let mut high = DVec3::NEG_INFINITY;
+        let mut reach: f64 = 0.0;
+        for site in sites {
+            low = low.min(site.position);
+            high = high.max(site.position);
+            reach = reach.max(site.reach);
+        }
+        let longest = (high - low).max_element();
+        let side = reach.max(longest / MOST_CELLS).max(f64::MIN_POSITIVE);
+        Grid {
+            origin: low,
+            per_unit: 1.0 / side,
+        }
+    }
+
+    /// One cell is left free below the lowest, so that there is always one before.
+    fn key(&self, position: DVec3) -> u64 {
+        let cell = (position - self.origin) * self.per_unit + 1.0;
+        (((cell.z as u64) << 21 | cell.y as u64) << 21) | cell.x as u64
+    }
+
+    /// The ranges of sorted sites in the nine rows of three cells around a cell.
+    fn rows(&self, key: u64, keys: &[u64], rows: &mut Vec<std::ops::Range<usize>>) {
+        rows.clear();
+        for z in 0..3_u64 {
+            for y in 0..3_u64 {
+                let middle = (key + (z << 42) + (y << 21)) - (1 << 42) - (1 << 21);
+                let start = keys.partition_point(|&key| key < middle - 1);
+                let count = keys[start..].partition_point(|&key| key <= middle + 1);
+                rows.push(start..start + count);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::random::Stream;
+
+    #[test]
+    fn lists_agree_with_all_pairs() {
+        let stream = Stream::new(1, 0);
+        let unsorted: Vec<Site> = (0..700)
+            .map(|i| Site {
+                position: DVec3::new(
+                    stream.unit(4 * i),
+                    3.0 * stream.unit(4 * i + 1),
+                    0.2 * stream.unit(4 * i + 2),
+                ),
+                reach: 0.05 + 0.2 * stream.unit(4 * i + 3),
+            })
+            .collect();
+        let sites: Vec<Site> = order(&unsorted)
+            .into_iter()
+            .map(|index| unsorted[index as usize])
+            .collect();
+        let neighbours = Neighbours::new(&sites);
+        for (index, site) in sites.iter().enumerate() {
+            let mut found = neighbours.of(index).to_vec();
+            found.sort_unstable();
+            let expected: Vec<u32> = (0..sites.len())
+                .filter(|&other| {
+                    let distance = site.position.distance(sites[other].position);
+                    other != index && distance < site.reach.max(sites[other].reach)
+                })
+                .map(|other| other as u32)
+                .collect();
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn nobody_and_one_alone_have_no_neighbours() {
+        assert!(order(&[]).is_empty());
+        Neighbours::new(&[]);
+        let alone = Site {
+            position: DVec3::ONE,
+            reach: 1.0,
+        };
+        assert!(Neighbours::new(&[alone]).of(0).is_empty());
+    }
+}

@@ -1,0 +1,232 @@
+//! Repulsion between floaters: equations 9 to 13 of Witkin and Heckbert, "Using particles to
+//! sample and control implicit surfaces".
+//!
+//! ```text
+//! E^ij = α exp(-|r^ij|² / 2 (σ^i)²)                              r^ij = p^i - p^j
+//! P^i  = Σ_j r^ij E^ij + (σ^i/σ^j)² r^ij E^ji                    (9)
+//! D^i  = Σ_j E^ij                                                (with 10)
+//! D^i_σ = Σ_j |r^ij|² E^ij / (σ^i)³                              (13)
+//! σ̇^i  = -ρ (D^i - Ê) / (D^i_σ + β/σ^i)                          (10, 12)
+//! ```
+//!
+//! Both terms of (9) repel, and i = j is left out of the sums. β is divided by σ, which makes
+//! the method independent of the unit of length. Each pair counts with a weight between 0 and 1
+//! that tells whether the two lie on the same sheet of the surface.
+
+use glam::DVec3;
+
+use crate::math::scalar;
+
+/// Δt: the time step.
+pub(super) const TIME_STEP: f64 = 0.03;
+/// φ = ρ: the feedback that keeps floaters on the surface, and energized.
+pub(super) const FEEDBACK: f64 = 15.0;
+/// α: the amplitude of repulsion.
+pub(super) const AMPLITUDE: f64 = 6.0;
+/// β, in units of 1/σ: keeps the radius of a floater without neighbours from running away.
+const RESTRAINT: f64 = 10.0;
+
+/// Floaters farther apart than so many radii do not see each other; E has fallen to α/1000.
+/// In the ideal pattern the second nearest are at √12 and the third at 4 radii: the cut passes
+/// between. (One at 3 would leave floaters trembling.)
+pub(super) const CUTOFF: f64 = 3.75;
+
+/// What repels: a place with its normal and its radius σ.
+#[derive(Clone, Copy)]
+pub(super) struct Source {
+    pub(super) position: DVec3,
+    pub(super) normal: DVec3,
+    pub(super) radius: f64,
+    /// Whether it is on a crease, where its normal is that of either side and tells nothing.
+    pub(super) on_crease: bool,
+}
+
+/// What a floater feels.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Repulsion {
+    /// P^i: the desired velocity.
+    pub(super) velocity: DVec3,
+    /// D^i / α: the repulsion energy that its own radius decides.
+    pub(super) energy: f64,
+    /// D^i_σ / α
+    energy_slope: f64,
+}
+
+impl Repulsion {
+    /// Sums over the neighbours of a floater.
+    pub(super) fn new(own: Source, others: impl Iterator<Item = Source>) -> Self {
+        let mut sum = Repulsion::default();
+        let own_rate = -0.5 / (own.radius * own.radius);
+        for other in others {
+            let offset = own.position - other.position;
+            let square = offset.length_squared();
+            let longer = CUTOFF * own.radius.max(other.radius);
+            if square > longer * longer {
+                continue;
+            }
+            let weight = if own.on_crease || other.on_crease {
+                1.0
+            } else {
+                same_sheet(own.normal, other.normal, offset, square)
+            };
+            if weight == 0.0 {
+                continue;
+            }
+            let energy = weight * scalar::exp(square * own_rate);
+            let back = if own.radius == other.radius {
+                energy
+            } else {
+                let ratio = own.radius / other.radius;
+                let other_rate = -0.5 / (other.radius * other.radius);
+                ratio * ratio * weight * scalar::exp(square * other_rate)
+            };
+            sum.velocity += (energy + back) * offset;
+            sum.energy += energy;
+            sum.energy_slope += square * energy;
+        }
+        sum.velocity *= AMPLITUDE;
+        sum.energy_slope /= own.radius * own.radius * own.radius;
+        sum
+    }
+
+    /// σ̇^i, for the desired energy Ê / α.
+    pub(super) fn radius_rate(&self, radius: f64, desired: f64) -> f64 {
+        let change = -FEEDBACK * AMPLITUDE * (self.energy - desired);
+        change / (AMPLITUDE * self.energy_slope + RESTRAINT / radius)
+    }
+}
+
+/// Ê / α: the energy in the ideal pattern, in which the nearest neighbours are 2 σ away: six of
+/// them on a surface (the paper's .8), two on a curve.
+pub(super) fn desired_energy(dimension: usize) -> f64 {
+    let neighbours = if dimension == 2 { 2.0 } else { 6.0 };
+    neighbours * scalar::exp(-2.0)
+}
+
+/// The density of floaters (per area or, on a curve, per length) that an energy D/α among
+/// floaters of one radius means.
+///
+/// A sum of Gaussians of standard deviation σ over points is their density times the Gaussian's
+/// integral. In the pattern with nearest neighbours at 2 σ this is 0.7 % too much (1.4 % on a
+/// curve), the first terms of Poisson's summation formula, by which the sum is divided.
+pub(super) fn density(dimension: usize, energy: f64, radius: f64) -> f64 {
+    let with_itself = 1.0 + energy;
+    if dimension == 2 {
+        with_itself / (1.0139 * SQUARE_ROOT_OF_TAU * radius)
+    } else {
+        with_itself / (1.0072 * std::f64::consts::TAU * radius * radius)
+    }
+}
+
+const SQUARE_ROOT_OF_TAU: f64 = 2.506_628_274_631_000_5;
+
+/// How much two floaters count as neighbours on the surface: 1 if they plainly are, 0 if one
+/// lies on the back of a thin sheet, or above the other.
+///
+/// Where two sheets are close their normals are opposite, because F changes its sign between.
+/// The ramp is wide, so that no pair is switched on or off while the two move.
+fn same_sheet(normal: DVec3, other: DVec3, offset: DVec3, square: f64) -> f64 {
+    let facing = ((normal.dot(other) + 0.5) * 2.0).clamp(0.0, 1.0);
+    if facing == 0.0 {
+        return 0.0;
+    }
+    let (above, below) = (offset.dot(normal), offset.dot(other));
+    let aside = 0.5 * (above * above + below * below);
+    // From 1 at 50 degrees above the tangent planes to 0 at 70.
+    let level = ((0.883 * square - aside) / (0.296 * square)).clamp(0.0, 1.0);
+    if square == 0.0 {
+        facing
+    } else {
+        facing * level
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn source(x: f64, y: f64) -> Source {
+        Source {
+            position: DVec3::new(x, y, 0.0),
+            normal: DVec3::Z,
+            radius: 0.5,
+            on_crease: false,
+        }
+    }
+
+    /// The hexagonal lattice of spacing 1 around the origin, without the origin.
+    fn lattice() -> impl Iterator<Item = Source> {
+        (-6..=6)
+            .flat_map(|i| (-6..=6).map(move |j| (f64::from(i), f64::from(j))))
+            .filter(|&place| place != (0.0, 0.0))
+            .map(|(i, j)| source(i + 0.5 * j, j * 0.75_f64.sqrt()))
+    }
+
+    #[test]
+    fn the_lattice_is_in_equilibrium_and_its_density_is_known() {
+        let felt = Repulsion::new(source(0.0, 0.0), lattice());
+        assert!(felt.velocity.length() < 1e-14);
+        // Six at 2 σ, six at √12 σ.
+        let expected = 6.0 * ((-2.0_f64).exp() + (-6.0_f64).exp());
+        assert!((felt.energy - expected).abs() < 1e-12);
+        let density = density(3, felt.energy, 0.5) * 0.75_f64.sqrt();
+        assert!((density - 1.0).abs() < 1e-3, "{density}");
+        let line = [-2.0, -1.0, 1.0, 2.0].map(|x| source(x, 0.0));
+        let felt = Repulsion::new(source(0.0, 0.0), line.into_iter());
+        let density = super::density(2, felt.energy, 0.5);
+        assert!((density - 1.0).abs() < 1e-3, "{density}");
+    }
+
+    #[test]
+    fn the_velocity_is_minus_the_gradient_of_the_energy_times_the_square_of_the_radius() {
+        // Equation 9, by central differences of E^i = Σ (E^ij + E^ji).
+        let others = [source(0.6, 0.1), source(-0.2, 0.7), source(0.3, -0.5)];
+        let others = others.map(|other| Source {
+            radius: 0.3 + other.position.x.abs(),
+            ..other
+        });
+        let energy = |p: DVec3| {
+            let pair = |other: &Source| {
+                let square = (p - other.position).length_squared();
+                6.0 * ((-square / 0.5).exp()
+                    + (-square / (2.0 * other.radius * other.radius)).exp())
+            };
+            others.iter().map(pair).sum::<f64>()
+        };
+        let felt = Repulsion::new(source(0.0, 0.0), others.into_iter());
+        for axis in [DVec3::X, DVec3::Y] {
+            let h = 1e-5;
+            let slope = (energy(h * axis) - energy(-h * axis)) / (2.0 * h);
+            assert!((felt.velocity.dot(axis) + 0.25 * slope).abs() < 1e-8);
+        }
+    }
+
+    #[test]
+    fn the_back_of_a_sheet_and_what_lies_above_do_not_repel() {
+        let back = Source {
+            normal: -DVec3::Z,
+            ..source(0.3, 0.0)
+        };
+        let above = Source {
+            position: 0.3 * DVec3::Z,
+            ..source(0.0, 0.0)
+        };
+        let felt = Repulsion::new(source(0.0, 0.0), [back, above].into_iter());
+        assert_eq!(felt.velocity, DVec3::ZERO);
+        assert_eq!(felt.energy, 0.0);
+    }
+
+    #[test]
+    fn a_lonely_radius_grows_and_a_crowded_one_shrinks_in_any_unit() {
+        let lonely = Repulsion::default();
+        let rate = lonely.radius_rate(0.5, desired_energy(3));
+        assert!(rate > 0.0);
+        assert_eq!(lonely.radius_rate(512.0, desired_energy(3)), 1024.0 * rate);
+        let crowd = lattice().map(|other| Source {
+            position: 0.5 * other.position,
+            ..other
+        });
+        let crowded = Repulsion::new(source(0.0, 0.0), crowd);
+        assert!(crowded.radius_rate(0.5, desired_energy(3)) < 0.0);
+    }
+}

@@ -1,0 +1,376 @@
+//! Floaters on surfaces and curves whose areas and lengths are known in closed form.
+
+#[allow(dead_code)]
+#[path = "sample/fields.rs"]
+mod fields;
+
+use std::process::Command;
+
+use fields::*;
+use glam::DVec3;
+use imp::engine::{Field, Silent};
+use imp::geometry::Bounds;
+use imp::sample::{Method, Options, Outcome, SampleError, sample};
+
+/// The area of the hexagonal cell of a point whose neighbours are 1 away.
+const HEXAGON: f64 = 0.866_025_403_784_438_6;
+
+fn spaced(spacing: f64, bounds: Bounds) -> Options {
+    Options {
+        spacing: Some(spacing),
+        bounds: Some(bounds),
+        ..Options::default()
+    }
+}
+
+/// What holds for every run: points are zeros, in the box, with unit normals; the counts agree.
+fn check(outcome: &Outcome, field: &dyn Field, bounds: Bounds) {
+    let samples = &outcome.samples;
+    let statistics = &outcome.statistics;
+    assert_eq!(statistics.points, samples.positions.len() as u64);
+    assert_eq!(
+        statistics.started,
+        statistics.points + statistics.dropped.total()
+    );
+    let limit = 1e-9 * bounds.diagonal();
+    for (place, &position) in samples.positions.iter().enumerate() {
+        assert!(bounds.contains(position), "{position}");
+        let (value, gradient) = field.value_gradient(position);
+        assert!(
+            value.abs() <= limit * gradient.length(),
+            "{position}: {value}"
+        );
+        assert!((samples.normals[place] - gradient.normalize()).length() < 1e-12);
+        assert!(samples.radii[place] > 0.0);
+    }
+}
+
+/// Mean, standard deviation and least of the distances to the nearest neighbours.
+fn nearest(outcome: &Outcome) -> (f64, f64, f64) {
+    let distances = imp::geometry::nearest_distances(&outcome.samples.positions);
+    let number = distances.len() as f64;
+    let mean = distances.iter().sum::<f64>() / number;
+    let squares: f64 = distances.iter().map(|d| (d - mean) * (d - mean)).sum();
+    let least = distances.into_iter().fold(f64::INFINITY, f64::min);
+    (mean, (squares / number).sqrt(), least)
+}
+
+/// Whether the number is that of the hexagonal pattern on the area, within a part.
+fn assert_number(found: usize, area: f64, spacing: f64, part: f64) {
+    let expected = area / (HEXAGON * spacing * spacing);
+    let ratio = found as f64 / expected;
+    assert!(
+        (ratio - 1.0).abs() < part,
+        "{found}, expected {expected:.0}"
+    );
+}
+
+#[test]
+fn the_sphere_is_covered_evenly() {
+    let field = sphere(DVec3::ZERO, 1.0);
+    let bounds = cube(3, 1.2);
+    let spacing = 0.15;
+    let outcome = run(&field, &spaced(spacing, bounds));
+    check(&outcome, &field, bounds);
+    assert!(outcome.statistics.converged, "{:?}", outcome.statistics);
+    assert!(outcome.statistics.max_residual <= 1e-12 * bounds.diagonal());
+    let area = 2.0 * std::f64::consts::TAU;
+    assert_number(outcome.samples.positions.len(), area, spacing, 0.05);
+    // Poisson disk samples have a least distance of 0.7 to 0.77 and a mean of 0.8.
+    let (mean, deviation, least) = nearest(&outcome);
+    assert!(mean > 0.9 * spacing && mean < spacing, "{mean}");
+    assert!(least > 0.78 * spacing, "{least}");
+    assert!(deviation < 0.05 * mean, "{deviation}");
+    // No hole: places of a spiral over the sphere have a floater within 1.3 times the
+    // 1 / sqrt(3) of the ideal pattern.
+    for i in 0..3000 {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / 3000.0;
+        let (sin, cos) = (f64::from(i) * 2.399_963_229_728_653).sin_cos();
+        let ring = (1.0 - z * z).sqrt();
+        let place = DVec3::new(ring * cos, ring * sin, z);
+        let positions = outcome.samples.positions.iter();
+        let hole = positions
+            .map(|p| p.distance(place))
+            .fold(f64::INFINITY, f64::min);
+        assert!(hole < 0.75 * spacing, "{hole}");
+    }
+}
+
+#[test]
+fn the_torus_has_the_number_that_its_area_asks_for() {
+    let bounds = cube(3, 1.5);
+    let outcome = run(&torus(), &spaced(0.15, bounds));
+    check(&outcome, &torus(), bounds);
+    assert!(outcome.statistics.converged, "{:?}", outcome.statistics);
+    let area = std::f64::consts::TAU * std::f64::consts::TAU * 0.3;
+    assert_number(outcome.samples.positions.len(), area, 0.15, 0.05);
+}
+
+#[test]
+fn a_count_is_kept_in_any_unit_of_length() {
+    for scale in [1e-3, 1.0, 1e3] {
+        let field = sphere(DVec3::ONE * scale, scale);
+        let bounds = Bounds::from_sides(&[(-0.2 * scale, 2.2 * scale); 3]).unwrap();
+        let options = Options {
+            count: Some(307),
+            bounds: Some(bounds),
+            ..Options::default()
+        };
+        let outcome = run(&field, &options);
+        check(&outcome, &field, bounds);
+        assert!(outcome.statistics.converged, "{:?}", outcome.statistics);
+        assert!(outcome.statistics.points.abs_diff(307) <= 1);
+        let spacing = nearest(&outcome).0 / scale;
+        let ideal = (2.0 * std::f64::consts::TAU / (307.0 * HEXAGON)).sqrt();
+        assert!((spacing / ideal - 0.95).abs() < 0.05, "{spacing}, {ideal}");
+    }
+}
+
+#[test]
+fn small_and_large_components_are_both_sampled() {
+    let centre = DVec3::new(3.0, 0.5, -0.2);
+    let field = field(3, move |p| {
+        let q = p - centre;
+        if p.length() - 1.0 < q.length() - 0.05 {
+            (p.length() - 1.0, p.normalize())
+        } else {
+            (q.length() - 0.05, q.normalize())
+        }
+    });
+    let bounds = cube(3, 3.5);
+    // The spacing is larger than the small one is.
+    let outcome = run(&field, &spaced(0.2, bounds));
+    check(&outcome, &field, bounds);
+    let positions = outcome.samples.positions.iter();
+    let small = positions.filter(|p| p.distance(centre) < 0.1).count();
+    assert!((1..=3).contains(&small), "{small}");
+    let rest = outcome.samples.positions.len() - small;
+    assert_number(rest, 2.0 * std::f64::consts::TAU, 0.2, 0.1);
+}
+
+#[test]
+fn all_eight_pieces_of_the_tanglecube_are_sampled_alike() {
+    let field = field(3, |p| {
+        let term = |x: f64| x * x * x * x - 5.0 * x * x;
+        let slope = |x: f64| 4.0 * x * x * x - 10.0 * x;
+        (
+            term(p.x) + term(p.y) + term(p.z) + 15.0,
+            DVec3::new(slope(p.x), slope(p.y), slope(p.z)),
+        )
+    });
+    let bounds = cube(3, 3.0);
+    let options = Options {
+        count: Some(800),
+        bounds: Some(bounds),
+        ..Options::default()
+    };
+    let outcome = run(&field, &options);
+    check(&outcome, &field, bounds);
+    let mut pieces = [0_u32; 8];
+    for position in &outcome.samples.positions {
+        let side = |axis: usize| usize::from(position[axis] > 0.0) << axis;
+        pieces[side(0) + side(1) + side(2)] += 1;
+    }
+    // All have the same area.
+    assert!(pieces.iter().all(|n| n.abs_diff(100) <= 10), "{pieces:?}");
+}
+
+#[test]
+fn a_curve_is_divided_evenly() {
+    // Cassini's oval with a = 1, b = 1.05: r² = cos 2t + √(b⁴ - sin² 2t).
+    let quartic = 1.05_f64.powi(4);
+    let field = field(2, move |p| {
+        let s = p.x * p.x + p.y * p.y;
+        let value = s * s - 2.0 * (p.x * p.x - p.y * p.y) + 1.0 - quartic;
+        (
+            value,
+            DVec3::new(4.0 * p.x * s - 4.0 * p.x, 4.0 * p.y * s + 4.0 * p.y, 0.0),
+        )
+    });
+    let at = |t: f64| {
+        let (sin, cos) = (2.0 * t).sin_cos();
+        let r = (cos + (quartic - sin * sin).sqrt()).sqrt();
+        DVec3::new(r * t.cos(), r * t.sin(), 0.0)
+    };
+    let parts = 100_000;
+    let angle = |i: i32| f64::from(i) * std::f64::consts::TAU / f64::from(parts);
+    let length: f64 = (0..parts)
+        .map(|i| at(angle(i)).distance(at(angle(i + 1))))
+        .sum();
+    let bounds = cube(2, 2.0);
+    let spacing = 0.02;
+    let outcome = run(&field, &spaced(spacing, bounds));
+    check(&outcome, &field, bounds);
+    assert!(outcome.statistics.converged, "{:?}", outcome.statistics);
+    let mut points = outcome.samples.positions.clone();
+    let ratio = points.len() as f64 / (length / spacing);
+    assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    // Around the origin in order of the angle, which is the order along the curve.
+    points.sort_by(|a, b| a.y.atan2(a.x).total_cmp(&b.y.atan2(b.x)));
+    for (place, point) in points.iter().enumerate() {
+        let gap = point.distance(points[(place + 1) % points.len()]);
+        assert!((0.8..1.25).contains(&(gap / spacing)), "{gap}");
+    }
+}
+
+#[test]
+fn a_surface_that_the_box_cuts_is_sampled_up_to_the_cut() {
+    let plane = field(3, |p| (p.z - 0.5 * p.x - 0.1, DVec3::new(-0.5, 0.0, 1.0)));
+    let bounds = cube(3, 1.0);
+    let outcome = run(&plane, &spaced(0.15, bounds));
+    check(&outcome, &plane, bounds);
+    assert!(outcome.statistics.converged, "{:?}", outcome.statistics);
+    let area = 4.0 * 1.25_f64.sqrt();
+    // Those in the rim own half a cell or less.
+    assert_number(outcome.samples.positions.len(), area, 0.15, 0.15);
+    for corner in [DVec3::new(1.0, 1.0, 0.6), DVec3::new(-1.0, -1.0, -0.4)] {
+        let positions = outcome.samples.positions.iter();
+        let hole = positions
+            .map(|p| p.distance(corner))
+            .fold(f64::INFINITY, f64::min);
+        assert!(hole < 0.12, "{hole}");
+    }
+}
+
+#[test]
+fn both_sides_of_a_thin_sheet_are_sampled() {
+    let sheet = field(3, |p| (p.z.abs() - 0.01, DVec3::Z * p.z.signum()));
+    let bounds = cube(3, 1.0);
+    let outcome = run(&sheet, &spaced(0.15, bounds));
+    check(&outcome, &sheet, bounds);
+    let above = outcome
+        .samples
+        .positions
+        .iter()
+        .filter(|p| p.z > 0.0)
+        .count();
+    assert_number(above, 4.0, 0.15, 0.2);
+    assert_number(outcome.samples.positions.len() - above, 4.0, 0.15, 0.2);
+}
+
+#[test]
+fn creases_neither_stall_nor_gather_floaters() {
+    // A ball of radius 1 cut by (or without) the cube of half side 0.8.
+    for inside in [true, false] {
+        let solid = field(3, move |p| {
+            let axis = (0..3)
+                .max_by(|&a, &b| p[a].abs().total_cmp(&p[b].abs()))
+                .unwrap();
+            let mut normal = DVec3::ZERO;
+            normal[axis] = p[axis].signum();
+            let cube = (p[axis].abs() - 0.8, normal);
+            let cube = if inside { cube } else { (-cube.0, -cube.1) };
+            let ball = (p.length() - 1.0, p.normalize());
+            if cube.0 > ball.0 { cube } else { ball }
+        });
+        let bounds = cube(3, 1.2);
+        let options = Options {
+            count: Some(500),
+            bounds: Some(bounds),
+            ..Options::default()
+        };
+        let outcome = run(&solid, &options);
+        check(&outcome, &solid, bounds);
+        let statistics = &outcome.statistics;
+        assert!(statistics.points > 450, "{statistics:?}");
+        assert!(statistics.iterations <= options.iteration_limit);
+        if inside {
+            assert!(statistics.converged, "{statistics:?}");
+            let (mean, _, least) = nearest(&outcome);
+            assert!(least > 0.5 * mean, "{least}, {mean}");
+        }
+    }
+}
+
+#[test]
+fn too_few_iterations_are_reported() {
+    let options = Options {
+        iteration_limit: 30,
+        bounds: Some(cube(3, 1.5)),
+        ..Options::default()
+    };
+    let outcome = run(&torus(), &options);
+    check(&outcome, &torus(), cube(3, 1.5));
+    assert!(!outcome.statistics.converged);
+}
+
+#[test]
+fn a_field_without_a_zero_gives_no_points() {
+    let field = field(3, |p| (p.length_squared() + 1.0, 2.0 * p));
+    let outcome = run(&field, &Options::default());
+    assert!(outcome.samples.positions.is_empty());
+    let nowhere = fields::field(2, |_| (f64::NAN, DVec3::NAN));
+    assert_eq!(run(&nowhere, &Options::default()).statistics.points, 0);
+}
+
+#[test]
+fn a_single_point_and_a_whole_region_end() {
+    let point = field(3, |p| (p.length_squared(), 2.0 * p));
+    let region = field(3, |_| (0.0, DVec3::ZERO));
+    for field in [&point as &dyn Field, &region] {
+        let options = Options {
+            bounds: Some(cube(3, 1.0)),
+            count: Some(50),
+            ..Options::default()
+        };
+        let outcome = run(field, &options);
+        let statistics = outcome.statistics;
+        assert!(statistics.singular > 0 || statistics.max_residual < 1e-8);
+    }
+}
+
+#[test]
+fn what_floaters_cannot_do_is_refused() {
+    let refused = |field: &dyn Field, options: Options| match sample(field, &options, &Silent) {
+        Err(SampleError::Option { option, .. }) => option,
+        other => panic!("{other:?}"),
+    };
+    let line = field(1, |p| (p.x, DVec3::X));
+    assert_eq!(refused(&line, Options::default()), "method");
+    for spacing in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-6] {
+        let options = spaced(spacing, cube(3, 1.5));
+        assert_eq!(refused(&torus(), options), "spacing");
+    }
+    let both = Options {
+        count: Some(100),
+        ..spaced(0.1, cube(3, 1.5))
+    };
+    assert_eq!(refused(&torus(), both), "spacing");
+    let particles = Options {
+        method: Method::Kinematic,
+        ..spaced(0.1, cube(3, 1.5))
+    };
+    assert_eq!(refused(&torus(), particles), "spacing");
+}
+
+#[test]
+fn the_command_writes_the_same_bytes_for_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "field ball(p in R3) = norm(p) - 1\nfield none(p in R3) over -1..1 = norm2(p) + 1\n";
+    std::fs::write(folder.path().join("ball.imp"), text).unwrap();
+    let imp = |threads: &str, words: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_imp"))
+            .current_dir(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .args(words)
+            .output()
+            .unwrap()
+    };
+    let bytes = ["1", "2"].map(|threads| {
+        let words = [
+            "sample",
+            "ball.imp",
+            "ball",
+            "--spacing",
+            "0.15",
+            "-o",
+            "a.ply",
+        ];
+        let done = imp(threads, &words);
+        assert!(done.status.success(), "{done:?}");
+        std::fs::read(folder.path().join("a.ply")).unwrap()
+    });
+    assert_eq!(bytes[0], bytes[1]);
+    let done = imp("1", &["sample", "ball.imp", "none", "--json"]);
+    assert_eq!(done.status.code(), Some(4));
+}
