@@ -320,6 +320,32 @@ fn a_single_point_and_a_whole_region_end() {
 }
 
 #[test]
+fn a_surface_rough_below_the_spacing_ends_and_says_so() {
+    // Bumps of wavelength 0.03 as steep as 76 degrees, sampled at 0.08.
+    let field = field(3, |p| {
+        let (sines, cosines) = ((200.0 * p).map(f64::sin), (200.0 * p).map(f64::cos));
+        let value = p.length() - 1.0 + 0.02 * sines.element_product();
+        let slope = DVec3::new(
+            cosines.x * sines.y * sines.z,
+            sines.x * cosines.y * sines.z,
+            sines.x * sines.y * cosines.z,
+        );
+        (value, p.normalize() + 4.0 * slope)
+    });
+    let bounds = cube(3, 1.2);
+    let options = Options {
+        count: Some(500),
+        bounds: Some(bounds),
+        ..Options::default()
+    };
+    let outcome = run(&field, &options);
+    check(&outcome, &field, bounds);
+    let statistics = &outcome.statistics;
+    assert!(!statistics.converged && statistics.started <= 1000);
+    assert!(statistics.points > 0 && statistics.births.unwrap() < 10_000);
+}
+
+#[test]
 fn what_floaters_cannot_do_is_refused() {
     let refused = |field: &dyn Field, options: Options| match sample(field, &options, &Silent) {
         Err(SampleError::Option { option, .. }) => option,

@@ -59,6 +59,9 @@ const COARSE: (f64, f64) = (1.0 / 40.0, 1.0 / 100.0);
 /// neighbours at two radii.
 const PAPER_RADIUS: f64 = 0.6;
 
+/// The population may grow to so many times what the area asks for.
+const SPARE_CAPACITY: f64 = 2.0;
+
 /// Steps of adaptive repulsion for one desired radius, at most.
 const POPULATE_LIMIT: u32 = 80;
 /// It has come to rest when so many steps
@@ -237,6 +240,7 @@ impl Run<'_> {
                 format!("{spacing} (which takes about {expected:.0})"),
             ));
         }
+        self.population.capacity = (SPARE_CAPACITY * expected) as usize + seeds.len();
         let finest = PAPER_RADIUS * spacing;
         if radius < finest {
             self.populate(finest)?;

@@ -391,22 +391,30 @@ fn warn_about_samples(
     statistics: &sample::Statistics,
 ) {
     if statistics.births.is_some() && !statistics.converged {
-        let message = if statistics.settled {
+        let message = if !statistics.settled {
+            "the search for the surface did not come to an end: the surface may be unbounded"
+                .to_owned()
+        } else if statistics.dropped.total() > 0 {
+            format!(
+                "{} of {} floaters were dropped: they could not be put on the zero set, which is \
+                 rough there",
+                statistics.dropped.total(),
+                statistics.started
+            )
+        } else {
             format!(
                 "the floaters did not come to rest in {} iterations, or their number is not \
                  exactly what was asked for",
                 statistics.iterations
             )
-        } else {
-            "the search for the surface did not come to an end: the surface may be unbounded"
-                .to_owned()
         };
         let warning = Diagnostic::warning(Code::DroppedPoints, message)
             .label(arguments.span, "sampled here")
-            .help("sharp creases, and sheets closer than rounding, keep them moving; all points are on the zero set all the same");
+            .help("all points lie on the zero set, but maybe not evenly; sharp creases and details smaller than the spacing keep floaters moving");
         session.host.warn(warning);
     }
-    if statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0 {
+    let of_particles = statistics.births.is_none();
+    if of_particles && (statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0) {
         let warning = Diagnostic::warning(
             Code::DroppedPoints,
             format!(

@@ -97,8 +97,10 @@ impl Population<'_> {
                 .clamp(SMALLEST * desired_radius, (LARGEST * 1.01) * desired_radius);
         }
         let dying = self.dying(desired_radius, dice);
+        let room = self.capacity.saturating_sub(felt.len());
         let parents: Vec<u32> = (0..felt.len() as u32)
             .filter(|&index| is_fertile(&self.floaters[index as usize], desired_radius, energy))
+            .take(room)
             .collect();
         for &parent in &parents {
             let floater = self.floaters[parent as usize];

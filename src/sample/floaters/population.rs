@@ -48,6 +48,9 @@ const CREASE_MEMORY: u32 = 100;
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
 const SKIN: f64 = 0.25;
 
+/// The largest population before the area is known: a hundred times what a smooth surface takes.
+const COARSE_CAPACITY: usize = 50_000;
+
 /// One floater.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Floater {
@@ -139,6 +142,9 @@ pub(super) struct Population<'a> {
     /// The box: no floater leaves it.
     pub(super) bounds: Bounds,
     pub(super) floaters: Vec<Floater>,
+    /// No floater splits when there are so many: on a surface that is rough at the scale of the
+    /// spacing, floaters find no neighbours on their sheet and would split for ever.
+    pub(super) capacity: usize,
     pub(super) neighbours: Neighbours,
     /// Where floaters were when the lists were made; empty when they have to be made anew.
     listed_at: Vec<DVec3>,
@@ -154,6 +160,7 @@ impl<'a> Population<'a> {
             field,
             bounds,
             floaters: Vec::new(),
+            capacity: COARSE_CAPACITY,
             neighbours: Neighbours::default(),
             listed_at: Vec::new(),
             leash: 0.0,
