@@ -13,6 +13,7 @@ field ball(p in R3) over -1.3..1.3 = norm(p) - 1
 field disc(p in R2) over [-2..2, -1..1] = norm(p) - 0.8
 field wave(x) over 0..7 = sin(x)
 field free(p in R3) = norm(p) - 1
+field endless(p in R3) = p.x
 field pair(p in R2) over -1..1 = [p.x, p.y]
 ";
 
@@ -206,7 +207,7 @@ fn what_cannot_be_is_said_and_leaves_no_file() {
         (&["ball", "--bounds", "[-1..1, -1..1]"], 1, "E0401"),
         (&["disc", "--style", "oil"], 2, "--style"),
         (&["disc", "--step", "0"], 1, "E0309"),
-        (&["free"], 1, "E0402"),
+        (&["endless"], 1, "E0402"),
         (&["pair"], 1, "E0403"),
         (&["nowhere"], 1, "E0201"),
         (&["ball", "--perspective", "wide"], 2, "--perspective"),

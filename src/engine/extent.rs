@@ -64,16 +64,21 @@ pub fn extent(field: &CompiledField) -> Extent {
         return Extent::Unbounded;
     }
     for exponent in CUBES {
-        let half = 4f64.powi(exponent);
+        let half = power_of_four(exponent);
         if parts.iter().all(|part| part.is_empty_beyond(field, half)) {
             return within(field, half);
         }
     }
-    let distances = CUBES.rev().map(|exponent| 4f64.powi(exponent));
+    let distances = CUBES.rev().map(power_of_four);
     let mut reaches = distances.filter(|&distance| has_both_signs(field, distance));
     Extent::Unknown {
         reach: reaches.next().unwrap_or(0.0),
     }
+}
+
+/// 4ⁿ for an n that is not large.
+fn power_of_four(exponent: i32) -> f64 {
+    f64::from_bits(((1023 + 2 * exponent) as u64) << 52)
 }
 
 /// Space beyond a face of a cube.

@@ -61,7 +61,9 @@ fn of_entry(entry: &Entry) -> String {
 /// A definition up to its body, without the word before its name.
 fn head(entry: &Entry) -> &'static str {
     let mut lines = entry.text.lines();
-    let line = lines.find(|line| !line.starts_with('#')).unwrap_or_default();
+    let line = lines
+        .find(|line| !line.starts_with('#'))
+        .unwrap_or_default();
     let line = line.split_once(' ').map_or(line, |(_, rest)| rest);
     let end = body(line).unwrap_or(line.len());
     line[..end].trim_end()
@@ -130,7 +132,10 @@ mod tests {
     fn headings_end_where_bodies_begin() {
         let sphere = about("sphere").unwrap_or_default();
         let heading = sphere.lines().next().unwrap_or_default();
-        assert!(heading.starts_with("### `sphere(") && heading.ends_with(")`"), "{heading}");
+        assert!(
+            heading.starts_with("### `sphere(") && heading.ends_with(")`"),
+            "{heading}"
+        );
         let union = about("union").unwrap_or_default();
         assert!(union.starts_with("### `union(shapes.., k = 0)`"), "{union}");
     }

@@ -160,6 +160,16 @@ impl Scope {
         variables
     }
 
+    /// Forgets what is bound here, and in the modules that are bound here. Functions and the scopes
+    /// that they were made in hold each other, so without this neither would ever be freed.
+    pub(super) fn clear(&self) {
+        for binding in self.bindings.take().into_values() {
+            if let Binding::Constant(Value::Module(module)) = binding {
+                module.scope.clear();
+            }
+        }
+    }
+
     /// The names that are bound here and around, sorted.
     pub fn names(&self) -> Vec<Arc<str>> {
         let mut names: Vec<Arc<str>> = Vec::new();

@@ -130,6 +130,18 @@ pub struct Session {
     has_warned_of_refusal: bool,
 }
 
+/// What scopes and functions hold of each other is freed with the session: values that it gave are
+/// not to be called any more.
+impl Drop for Session {
+    fn drop(&mut self) {
+        let worlds = self.worlds.values().flat_map(World::units);
+        let modules = self.modules.units_in_order();
+        for unit in worlds.chain(modules).chain([Rc::clone(&self.main)]) {
+            unit.clear();
+        }
+    }
+}
+
 impl Session {
     /// A session that has read nothing yet. `input_directory` is where relative paths of files
     /// that are read start; `output_directories` says where files may be written, and relative

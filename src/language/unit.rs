@@ -55,6 +55,16 @@ impl Unit {
         format!("{}{name}", self.prefix).into()
     }
 
+    /// Forgets everything, when nobody will ask for it any more.
+    pub(super) fn clear(&self) {
+        self.statements.take();
+        let mut scope = Some(&self.scope);
+        while let Some(current) = scope {
+            current.clear();
+            scope = current.parent();
+        }
+    }
+
     /// The statement at a place in the file.
     pub(super) fn statement(&self, place: usize) -> Option<Statement> {
         self.statements.borrow().get(place).cloned()

@@ -57,7 +57,9 @@ pub(super) enum Command {
     )]
     Render(Render),
     /// Prints the reference of the language and its library as Markdown, or what it says of a name
-    #[command(after_help = "Examples:\n  imp doc > reference.md\n  imp doc smooth_union\n  imp doc algebraic")]
+    #[command(
+        after_help = "Examples:\n  imp doc > reference.md\n  imp doc smooth_union\n  imp doc algebraic"
+    )]
     Doc(Doc),
     /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]

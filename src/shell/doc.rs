@@ -24,7 +24,11 @@ pub(super) fn doc(command: &Doc) -> Result<(), u8> {
         if let Some(other) = nearest(name, names.iter().map(String::as_str)) {
             error = error.help(format!("did you mean `{other}`?"));
         }
-        return Err(output::report(&[error], &Sources::default(), &command.common));
+        return Err(output::report(
+            &[error],
+            &Sources::default(),
+            &command.common,
+        ));
     };
     match command.common.json {
         true => output::data(&json!({ "name": name, "text": text }).to_string()),

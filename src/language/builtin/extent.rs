@@ -26,6 +26,9 @@ pub(super) const TABLE: &[Builtin] = &[action(
     },
 )];
 
+/// A box is at least so long: its inverse is far from overflow.
+const SMALLEST: f64 = 1e-300;
+
 /// A box around the set on which the field has this value, a little larger than the one that is proven, so that nothing lies in
 /// its faces, and with round numbers for ends.
 pub(super) fn found_bounds(
@@ -38,9 +41,16 @@ pub(super) fn found_bounds(
         false => sides(&minus(field, iso), arguments)?,
     };
     let lengths = sides.iter().map(|side| side.high - side.low);
-    let longest = lengths.fold(f64::MIN_POSITIVE, f64::max);
-    // A power of ten between 1/1000 and 1/100 of the box; its inverse, so that ends are decimals.
-    let per_unit = 10f64.powi(-((longest / 100.0).log10().floor() as i32));
+    let longest = lengths.fold(SMALLEST, f64::max);
+    // Ends are multiples of a power of ten between 1/1000 and 1/100 of the box. Its inverse is what
+    // is kept: a decimal divided by it is rounded once.
+    let mut per_unit = 1.0;
+    while longest * per_unit < 100.0 {
+        per_unit *= 10.0;
+    }
+    while longest * per_unit >= 1000.0 {
+        per_unit /= 10.0;
+    }
     let margin = longest / 50.0;
     let sides: Vec<(f64, f64)> = sides
         .iter()

@@ -73,7 +73,10 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Lists", lists::TABLE),
     ("Derivatives", calculus::TABLE),
     ("Differential geometry", geometry::TABLE),
-    ("Samples, meshes, curves and their measures", surfaces::TABLE),
+    (
+        "Samples, meshes, curves and their measures",
+        surfaces::TABLE,
+    ),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),
     ("Inspection", inspection::TABLE),

@@ -43,6 +43,12 @@ pub(in crate::language) struct World {
 }
 
 impl World {
+    /// Its files.
+    pub(in crate::language) fn units(&self) -> Vec<Rc<Unit>> {
+        let modules = self.modules.values().cloned();
+        modules.chain([Rc::clone(&self.unit)]).collect()
+    }
+
     /// Nothing has been run in it yet.
     fn new(session: &Session, unit: &Unit) -> World {
         World {
