@@ -99,6 +99,31 @@ fn distances_exponentials_and_the_heart_are_boxed() {
 }
 
 #[test]
+fn blobs_are_boxed_at_the_present_parameters() {
+    let blobs = |b: f64| {
+        format!(
+            "param b = {b} in 0.05..2\n\
+             param c = [[-0.8, 0, 0], [0, 0.6, 0], [0.8, 0, 0]]\n\
+             field f(p in R3) = b - sum(exp(-norm2(p - ci) / 0.49) for ci in c)"
+        )
+    };
+    let [small, large] = [1.0, 0.5].map(|b| found(&blobs(b), "f"));
+    for (small, large) in small.iter().zip(&large) {
+        assert!(
+            large.0 < small.0 && small.1 < large.1,
+            "{small:?} {large:?}"
+        );
+    }
+    // Each blob alone reaches to √(0.49·ln 2) = 0.583 from its centre, all together further.
+    let [x, y, z] = large[..] else {
+        panic!("three sides");
+    };
+    assert!(x.0 < -1.383 && x.1 > 1.383 && x.1 < 1.5, "{x:?}");
+    assert!(y.0 < -0.5 && y.1 > 1.183 && y.1 < 1.3, "{y:?}");
+    assert!(z.1 > 0.583 && z.1 < 0.8, "{z:?}");
+}
+
+#[test]
 fn other_dimensions_and_large_distances_are_boxed() {
     holds(
         "field f(x, y) = hypot(x - 100, y) - 0.5",

@@ -117,7 +117,17 @@ impl Enclosures {
         for (side, column) in place.iter_mut().zip(sides) {
             *side = column[index];
         }
-        let mut write = |output: usize, enclosure| outputs[output][index] = enclosure;
+        let mut write = |output: usize, enclosure: Enclosure| {
+            let Interval { low, high } = enclosure.range;
+            outputs[output][index] = Enclosure {
+                // An end of 0 is not shown as −0, which is the same.
+                range: Interval {
+                    low: low + 0.0,
+                    high: high + 0.0,
+                },
+                ..enclosure
+            };
+        };
         match self.code(tier) {
             Some(code) => code.run(&place, &scalars.numbers, write),
             None => self.run_rules(&place, &scalars.uniforms, &mut write),

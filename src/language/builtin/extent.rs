@@ -93,7 +93,7 @@ fn sides(field: &CompiledField, arguments: &Arguments) -> Outcome<Vec<Interval>>
         }
         Extent::Unbounded => Err(no_box(
             arguments,
-            "it goes to infinity: far away in all directions, the field is negative in some and positive in others",
+            "it goes to infinity, since the field has both signs at all large distances",
         )),
         Extent::Unknown { reach } if reach > 0.0 => Err(no_box(
             arguments,
