@@ -65,6 +65,7 @@ codes! {
     E0209 WhichField "no field, or several, to choose from",
     E0210 NotAtTop "definition that belongs to the top of the file",
     E0211 ImportCircle "files that import each other in a circle",
+    E0212 UnusedValue "value that nothing uses",
     E0301 WrongKind "value of the wrong kind",
     E0302 LengthsDiffer "lists of different lengths",
     E0303 IndexOutOfRange "index out of range",

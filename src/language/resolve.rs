@@ -285,6 +285,43 @@ impl<'a> Resolver<'a> {
                 resolver.statement(statement);
             }
         });
+        // The last value is the block's own.
+        let unused = block.statements.iter().rev().skip(1);
+        for statement in unused.rev() {
+            self.only_if_used(statement);
+        }
+    }
+
+    /// A value by itself does nothing: a formula was meant to go on, most likely.
+    fn only_if_used(&mut self, statement: &Statement) {
+        let StatementKind::Expression(expression) = &statement.kind else {
+            return;
+        };
+        let does_nothing = matches!(
+            *expression.kind,
+            ExpressionKind::Number(_)
+                | ExpressionKind::Bool(_)
+                | ExpressionKind::Text(_)
+                | ExpressionKind::Name(_)
+                | ExpressionKind::List(_)
+                | ExpressionKind::Unary { .. }
+                | ExpressionKind::Binary { .. }
+                | ExpressionKind::Comparison { .. }
+                | ExpressionKind::Interval { .. }
+                | ExpressionKind::Index { .. }
+                | ExpressionKind::Property { .. }
+                | ExpressionKind::Lambda(_)
+        );
+        if does_nothing {
+            self.errors.push(
+                Diagnostic::error(Code::UnusedValue, "nothing uses this value")
+                    .label(expression.span, "not the block's last line")
+                    .help(
+                        "if the next line goes on with it, put the operator at the end of this \
+                         one, or the whole in parentheses",
+                    ),
+            );
+        }
     }
 
     fn function(&mut self, function: &Function) {

@@ -3,6 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::fs::File;
 use std::io::{self, Read};
+use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -27,7 +28,9 @@ const LARGEST_SOURCE: u64 = 256_000_000;
 
 /// A file that has been read and parsed, with the session that runs it.
 pub(super) struct Workspace {
-    pub(super) session: Session,
+    /// Never dropped: the process ends with it, and long chains of functions and scopes would be
+    /// dropped one inside the other.
+    pub(super) session: ManuallyDrop<Session>,
     pub(super) tree: Tree,
     pub(super) heard: Rc<Heard>,
     common: Common,
@@ -142,7 +145,7 @@ impl Workspace {
             session.set_file(file);
         }
         let mut workspace = Workspace {
-            session,
+            session: ManuallyDrop::new(session),
             tree,
             heard,
             common: common.clone(),

@@ -95,7 +95,8 @@ fn sides(field: &CompiledField, arguments: &Arguments) -> Outcome<Vec<Interval>>
             arguments,
             "it goes to infinity, since the field has both signs at all large distances",
         )),
-        Extent::Unknown { reach } if reach > 0.0 => Err(no_box(
+        // A sign nearby says only that the set is there.
+        Extent::Unknown { reach } if reach > 1000.0 => Err(no_box(
             arguments,
             &format!("the field still changes its sign at a distance of {reach}"),
         )),
