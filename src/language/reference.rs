@@ -91,14 +91,17 @@ fn item<'a>(heading: &str, lines: impl IntoIterator<Item = &'a str>) -> String {
     let mut in_list = false;
     for line in lines {
         match line.split_once(": ") {
-            Some((label @ ("Kind" | "Source" | "Bound" | "Example"), rest)) => {
+            Some((
+                label @ ("Kind" | "Source" | "Example" | "Bound" | "Exact" | "Exact outside"),
+                rest,
+            )) => {
                 if !in_list {
                     text += "\n";
                 }
                 in_list = true;
                 text += &match label {
-                    "Example" | "Bound" => format!("* {label}: `{rest}`\n"),
-                    _ => format!("* {label}: {rest}\n"),
+                    "Kind" | "Source" => format!("* {label}: {rest}\n"),
+                    _ => format!("* {label}: `{rest}`\n"),
                 };
             }
             // A label's sentence can go on.
