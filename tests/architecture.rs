@@ -60,6 +60,7 @@ const KEPT: &[(&str, &str)] = &[
     ("ctrlc", "shell"),
     ("indicatif", "shell"),
     ("png", "file"),
+    ("ttf_parser", "file"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

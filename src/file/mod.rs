@@ -9,6 +9,7 @@ mod format;
 mod write;
 
 mod csv;
+mod font;
 mod obj;
 mod ply;
 mod png;
@@ -22,13 +23,14 @@ mod sample_columns;
 mod test_values;
 
 use std::fs::File;
-use std::io::{self, BufReader, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
 use crate::geometry::{Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
+pub use font::Outline;
 use format::Writer;
 pub use format::{FORMATS, Format};
 pub use vm::FieldRoot;
@@ -166,6 +168,30 @@ pub fn write_samples(path: &Path, samples: &Samples, limit: u64) -> Result<u64, 
 /// says why not and nothing has changed on the disk.
 pub fn write_image(path: &Path, image: &Image, limit: u64) -> Result<u64, FileError> {
     write_value(path, image, limit, "pictures", |format| format.image)
+}
+
+/// The largest font that is read, in bytes.
+const LARGEST_FONT: u64 = 1 << 26;
+
+/// The outlines of a text in the letters of a font file, as closed polygons of which inner ones are
+/// holes; the first letter begins at the origin, and the font's em is `size` long.
+pub fn read_outlines(path: &Path, text: &str, size: f64) -> Result<Vec<Outline>, FileError> {
+    let failed = |source| FileError::CannotRead {
+        path: path.to_owned(),
+        source,
+    };
+    let wrong = |message: String| failed(io::Error::new(io::ErrorKind::InvalidData, message));
+    if path.is_dir() {
+        return Err(wrong("it is a folder".into()));
+    }
+    let mut data = Vec::new();
+    let file = File::open(path).map_err(failed)?;
+    let mut start = file.take(LARGEST_FONT + 1);
+    start.read_to_end(&mut data).map_err(failed)?;
+    if data.len() as u64 > LARGEST_FONT {
+        return Err(wrong(format!("it has more than {LARGEST_FONT} bytes")));
+    }
+    font::outlines(&data, text, size).map_err(wrong)
 }
 
 /// Reads a field in the format that the extension names, and puts it into the graph over the

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic, Span, shorten};
-use crate::file::{self, FileError};
+use crate::file::{self, FileError, Outline};
 use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
@@ -46,6 +46,12 @@ pub(super) const TABLE: &[Builtin] = &[
         &["path"],
         "The field that a file holds; a relative path starts at the folder of the script or module. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
         load,
+    ),
+    pure(
+        "outlines",
+        &["string", "font", "size = 1"],
+        "The outlines of a text in the letters of a font file (TrueType or OpenType), as a list of closed polygons: lists of points in the plane. The text begins at the origin, `size` is the length of the font's em; inner polygons are holes. `even_odd` makes a shape of them, and `text` does both.",
+        outlines,
     ),
     action(
         "help",
@@ -189,6 +195,17 @@ fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     FieldValue::new(field.dimension, graph.level, value, None)
         .map(Value::Field)
         .at(place, "this file")
+}
+
+fn outlines(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let text = arguments.text("string")?.unwrap_or_default();
+    let font = arguments.text("font")?.unwrap_or_default();
+    let size = arguments.positive(session, "size")?.unwrap_or(1.0);
+    let path = session.unit.directory.join(font);
+    let outlines = file::read_outlines(&path, &text, size)
+        .map_err(|error| file_failure(&error).at(arguments.place("font"), "this file"))?;
+    let outline = |outline: Outline| Value::list(outline.into_iter().map(Value::numbers).collect());
+    Ok(Value::list(outlines.into_iter().map(outline).collect()))
 }
 
 /// The diagnostic for a file that was not written or not read.
