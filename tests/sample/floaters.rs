@@ -1,12 +1,8 @@
 //! Floaters on surfaces and curves whose areas and lengths are known in closed form.
 
-#[allow(dead_code)]
-#[path = "sample/fields.rs"]
-mod fields;
-
 use std::process::Command;
 
-use fields::*;
+use crate::fields::*;
 use glam::DVec3;
 use imp::engine::{Field, Silent};
 use imp::geometry::Bounds;
@@ -299,7 +295,7 @@ fn a_field_without_a_zero_gives_no_points() {
     let field = field(3, |p| (p.length_squared() + 1.0, 2.0 * p));
     let outcome = run(&field, &Options::default());
     assert!(outcome.samples.positions.is_empty());
-    let nowhere = fields::field(2, |_| (f64::NAN, DVec3::NAN));
+    let nowhere = crate::fields::field(2, |_| (f64::NAN, DVec3::NAN));
     assert_eq!(run(&nowhere, &Options::default()).statistics.points, 0);
 }
 
