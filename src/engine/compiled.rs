@@ -133,6 +133,10 @@ impl CompiledField {
 }
 
 impl Field for CompiledField {
+    fn compiled(&self) -> Option<&CompiledField> {
+        Some(self)
+    }
+
     fn dimension(&self) -> usize {
         self.program.dimension()
     }

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::CompiledField;
+
 /// A function F(x, q) with its present q, ready to be evaluated.
 ///
 /// Points are given in structure-of-arrays form, one slice of equal length per axis
@@ -28,6 +30,12 @@ pub trait Field: Send + Sync {
         gradients: &mut [&mut [f64]],
         parameter_gradients: &mut [&mut [f64]],
     );
+
+    /// The compiled field that this is, where it is one: enclosures over boxes can be had of it, so
+    /// that something can be proven of the whole zero set.
+    fn compiled(&self) -> Option<&CompiledField> {
+        None
+    }
 
     /// F at one point; coordinates beyond the dimension are ignored.
     fn value(&self, point: DVec3) -> f64 {

@@ -54,6 +54,27 @@ pub enum Method {
     Dynamic,
 }
 
+impl Method {
+    /// All methods with the names under which they are asked for, in the order of messages.
+    pub const NAMES: &[(Method, &str)] = &[
+        (Method::Floaters, "floaters"),
+        (Method::Kinematic, "kinematic"),
+        (Method::Dynamic, "dynamic"),
+    ];
+
+    /// The name under which it is asked for.
+    pub fn name(self) -> &'static str {
+        let mut named = Method::NAMES.iter().filter(|(method, _)| *method == self);
+        named.next().map_or("", |(_, name)| name)
+    }
+
+    /// The method of this name.
+    pub fn named(name: &str) -> Option<Method> {
+        let mut named = Method::NAMES.iter().filter(|(_, known)| *known == name);
+        named.next().map(|(method, _)| *method)
+    }
+}
+
 /// What a sampler is asked to do. The default suits every field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {

@@ -13,7 +13,7 @@ use crate::language::product::{self, CurveSet, MeshSet, SampleSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use crate::polygonize::{self, PolygonizeError};
-use crate::sample::{self, SampleError};
+use crate::sample::{self, Method, SampleError};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -300,22 +300,21 @@ fn warn_about_mesh(
 
 fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let (field, given) = compiled_argument(session, arguments)?;
-    let in_line = field.dimension() == 1;
-    let (method, name) = match arguments.text("method")?.as_deref() {
-        None if in_line => (sample::Method::Kinematic, "kinematic"),
-        None | Some("floaters") => (sample::Method::Floaters, "floaters"),
-        Some("kinematic") => (sample::Method::Kinematic, "kinematic"),
-        Some("dynamic") => (sample::Method::Dynamic, "dynamic"),
-        Some(other) => {
+    let method = match arguments.text("method")?.as_deref() {
+        None if field.dimension() == 1 => Method::Kinematic,
+        None => Method::default(),
+        Some(name) => Method::named(name).ok_or_else(|| {
+            let names = Method::NAMES.iter().map(|(_, name)| format!("\"{name}\""));
+            let names: Vec<String> = names.collect();
             let message = format!(
-                "there is no sampler `{other}`; there are \"floaters\", \"kinematic\" and \
-                 \"dynamic\""
+                "there is no sampler `{name}`; there are {}",
+                names.join(", ")
             );
-            return Err(arguments.bad("method", message));
-        }
+            arguments.bad("method", message)
+        })?,
     };
     let bounds = match given {
-        None if method == sample::Method::Floaters => proven_box(&field, arguments)?,
+        None if method == Method::Floaters => proven_box(&field, arguments)?,
         given => given,
     };
     let mut options = sample::Options {
@@ -351,7 +350,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         return Err(error);
     }
     warn_about_samples(session, arguments, &statistics);
-    let set = SampleSet::new(outcome.samples, name, Some(statistics));
+    let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
 }
 
