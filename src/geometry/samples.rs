@@ -9,8 +9,11 @@ pub struct Samples {
     pub dimension: usize,
     /// Where.
     pub positions: Vec<DVec3>,
-    /// F_x / |F_x|; 0 where the gradient vanishes.
+    /// F_x / |F_x|; 0 where the gradient vanishes. On a curve in space, that of the first of its
+    /// two fields.
     pub normals: Vec<DVec3>,
+    /// Unit tangents in the order of the points, for curves that were walked along; else empty.
+    pub tangents: Vec<DVec3>,
     /// The disk that a point may claim: the repulsion radius of a floater; for other samples half
     /// the distance to the nearest other point.
     pub radii: Vec<f64>,

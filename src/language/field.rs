@@ -161,6 +161,22 @@ impl FieldValue {
         Ok(graph.program(&roots, self.dimension()))
     }
 
+    /// The fields that vanish together on what this one stands for, with their present q: two for
+    /// a curve in space, else the one that [`FieldValue::compiled`] gives.
+    pub fn surfaces(&self, graph: &mut Tracer, q: &[f64]) -> Outcome<Vec<CompiledField>> {
+        if self.dimension() != 3 || self.components() != 2 {
+            return Ok(vec![self.compiled(graph, q)?]);
+        }
+        let mut roots = Vec::new();
+        flatten(graph, &self.definition.body, &mut roots)?;
+        let compiled = |root| {
+            let program = graph.program(&[root], self.dimension());
+            let q = self.present(&program, q);
+            CompiledField::new(program, q)
+        };
+        Ok(roots.into_iter().map(compiled).collect())
+    }
+
     /// The scalar field with its present q, for samplers and polygonizers.
     ///
     /// Fails where the body is not a scalar.

@@ -200,11 +200,27 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
     }),
+    shown("components", |set| count(walked(set)?.components.len())),
+    shown("closed", |set| {
+        let all = walked(set)?.components.iter().all(|found| found.closed);
+        Some(Value::Bool(all))
+    }),
+    shown("length", |set| number(walked(set)?.length())),
+    shown("crossings", |set| number(walked(set)?.crossings as f64)),
+    shown("proven", |set| Some(Value::Bool(walked(set)?.proven))),
+    hidden("lengths", |set| {
+        let components = walked(set)?.components.iter();
+        Some(Value::numbers(components.map(|found| found.length)))
+    }),
     hidden("points", |set| {
         Some(points(&set.samples.positions, set.samples.dimension))
     }),
     hidden("normals", |set| {
         Some(points(&set.samples.normals, set.samples.dimension))
+    }),
+    hidden("tangents", |set| {
+        let tangents = &set.samples.tangents;
+        (!tangents.is_empty()).then(|| points(tangents, set.samples.dimension))
     }),
     hidden("radii", |set| {
         Some(Value::numbers(set.samples.radii.iter().copied()))
@@ -219,6 +235,11 @@ const SAMPLES: &[Property<SampleSet>] = &[
         Bounds::of_points(set.samples.dimension, set.samples.positions.iter().copied()).map(sides)
     }),
 ];
+
+/// What continuation tells of curves.
+fn walked(set: &SampleSet) -> Option<&sample::CurveStatistics> {
+    set.statistics.as_ref()?.curves.as_ref()
+}
 
 const CURVES: &[Property<CurveSet>] = &[
     shown("method", |set| Some(Value::text(set.method))),

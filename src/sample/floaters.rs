@@ -143,6 +143,7 @@ pub(super) fn floaters(
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
+        curves: None,
     };
     Ok(Outcome {
         samples,

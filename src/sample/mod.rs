@@ -26,8 +26,9 @@ mod release;
 mod search;
 mod statistics;
 mod thin;
+mod trace;
 
-pub use statistics::{Dropped, Statistics};
+pub use statistics::{CurveComponent, CurveStatistics, Dropped, Statistics};
 pub use thin::{Keep, thin};
 
 use glam::DVec3;
@@ -52,6 +53,9 @@ pub enum Method {
     /// Particles on which -sign(F) F_x acts as a force, with friction (Figueiredo and Gomes):
     /// avoids spurious attractors better.
     Dynamic,
+    /// Continuation: along curves in R2, and in R3 those on which two fields vanish
+    /// ([`sample_curve`]), at exactly equal distances.
+    Trace,
 }
 
 impl Method {
@@ -60,6 +64,7 @@ impl Method {
         (Method::Floaters, "floaters"),
         (Method::Kinematic, "kinematic"),
         (Method::Dynamic, "dynamic"),
+        (Method::Trace, "trace"),
     ];
 
     /// The name under which it is asked for.
@@ -169,9 +174,72 @@ pub enum SampleError {
         /// Coordinates of the field.
         field: usize,
     },
+    /// The method is for other dimensions.
+    #[error("the method \"{method}\" is not for {subject}; use \"{other}\"")]
+    Method {
+        /// The method's name.
+        method: &'static str,
+        /// What it cannot sample.
+        subject: &'static str,
+        /// A method that can.
+        other: &'static str,
+    },
+    /// Continuation found no regular point of the curve.
+    #[error("the zero set is not a curve that can be followed: {}", no_curve(*fields))]
+    NoCurve {
+        /// How many fields vanish on the curve: 1 in the plane, 2 in space.
+        fields: usize,
+    },
     /// The monitor asked to stop.
     #[error("sampling was cancelled")]
     Cancelled,
+}
+
+/// Why Newton's method finds no point with a tangent.
+fn no_curve(fields: usize) -> &'static str {
+    match fields {
+        1 => {
+            "wherever the field vanishes its gradient does too, because it does not change its \
+             sign there or is 0 on a whole region"
+        }
+        _ => {
+            "wherever both fields vanish their gradients are parallel, because the surfaces touch \
+             there or have a whole region in common"
+        }
+    }
+}
+
+/// Samples the curve in R3 on which two fields vanish, by continuation.
+///
+/// Points are at equal distances along each component of the curve, with their tangents; their
+/// normals are those of the first field. See [`sample`] for the rest.
+///
+/// # Errors
+/// If a field is not in R3, if the method is another one, if there is a curve but no regular point
+/// of it, and for the reasons of [`sample`].
+pub fn sample_curve(
+    fields: [&dyn Field; 2],
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, SampleError> {
+    if options.method != Method::Trace {
+        return Err(SampleError::Method {
+            method: options.method.name(),
+            subject: "a curve in space",
+            other: Method::Trace.name(),
+        });
+    }
+    for field in fields {
+        if field.dimension() != 3 {
+            return Err(SampleError::Dimension {
+                bounds: 3,
+                field: field.dimension(),
+            });
+        }
+    }
+    start_box(3, options)?;
+    check(options)?;
+    trace::curve(&fields, options, monitor)
 }
 
 /// Samples the zero set of a field.
@@ -196,6 +264,12 @@ pub fn sample(
     match options.method {
         Method::Floaters => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
+        Method::Trace if dimension == 2 => trace::curve(&[field], options, monitor),
+        Method::Trace => Err(SampleError::Method {
+            method: options.method.name(),
+            subject: "roots on a line",
+            other: Method::Kinematic.name(),
+        }),
         Method::Dynamic => {
             let friction = options.friction;
             particles(
@@ -263,6 +337,7 @@ fn particles(
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
+        curves: None,
     };
     Ok(Outcome {
         samples,
@@ -279,6 +354,7 @@ fn samples(dimension: usize, points: &[Point]) -> Samples {
         normals: points.iter().map(|point| point.here.normal()).collect(),
         residuals: points.iter().map(|point| point.here.distance()).collect(),
         radii,
+        tangents: Vec::new(),
         positions,
     }
 }
@@ -329,7 +405,7 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if !(spacing > 0.0 && spacing.is_finite()) {
             return range("spacing", "greater than 0 and finite", &spacing);
         }
-        if options.method != Method::Floaters {
+        if !matches!(options.method, Method::Floaters | Method::Trace) {
             return range("spacing", "left out with this method", &spacing);
         }
         if options.count.is_some() {

@@ -41,6 +41,50 @@ pub struct Statistics {
     /// Points of the sample where F and F_x vanish together: the surface is singular there, or
     /// F is zero on a whole region.
     pub singular: u64,
+    /// What continuation tells of curves.
+    pub curves: Option<CurveStatistics>,
+}
+
+/// What is known of curves that were walked along.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CurveStatistics {
+    /// The components, in the order of their points. Where curves cross, each goes straight on and
+    /// is one component; where more than two branches meet otherwise, some end.
+    pub components: Vec<CurveComponent>,
+    /// Points at which branches cross.
+    pub crossings: u64,
+    /// Corners and cusps.
+    pub corners: u64,
+    /// Ends inside the box: the field is undefined beyond, or branches meet there.
+    pub ends: u64,
+    /// Steps of which it is not proven that both ends are on the same branch: those near singular
+    /// points and, for fields that are not compiled, all.
+    pub unproven_steps: u64,
+    /// Cells of the box in which a component may have been missed. They are tiny; those at
+    /// crossings, corners and ends, within some 1e-4 of the box, are not counted.
+    pub undecided: u64,
+    /// Whether it is proven that no component was missed, but for what is as small as that and
+    /// at such a point.
+    pub proven: bool,
+}
+
+impl CurveStatistics {
+    /// The length of all components together.
+    pub fn length(&self) -> f64 {
+        self.components
+            .iter()
+            .map(|component| component.length)
+            .sum()
+    }
+}
+
+/// A component of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CurveComponent {
+    /// Its arc length.
+    pub length: f64,
+    /// Whether it ends where it begins.
+    pub closed: bool,
 }
 
 /// Particles that gave no point, by reason.

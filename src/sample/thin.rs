@@ -67,6 +67,10 @@ pub fn thin(samples: &Samples, delta: f64, keep: Keep<'_>) -> Result<Samples, Sa
         normals: pick(&samples.normals, &representatives),
         residuals: pick(&samples.residuals, &representatives),
         radii: Vec::new(),
+        tangents: match (samples.tangents.is_empty(), &keep) {
+            (false, Keep::Representative) => pick(&samples.tangents, &representatives),
+            _ => Vec::new(),
+        },
     };
     if let Keep::Barycenter(field) = keep {
         let barycentres = buckets

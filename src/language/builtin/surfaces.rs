@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::extent::found_bounds;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::{CompiledField, Field};
+use crate::engine::CompiledField;
 use crate::geometry::Bounds;
 use crate::language::field::{FieldValue, bounds_of};
 use crate::language::function::At;
@@ -123,6 +123,18 @@ pub(super) fn compiled_argument(
     session: &mut Session,
     arguments: &Arguments,
 ) -> Outcome<(CompiledField, Option<Bounds>)> {
+    let (field, bounds) = located_argument(session, arguments)?;
+    let compiled = field
+        .compiled(&mut session.graph, session.parameters.values())
+        .at(arguments.place("f"), "this field")?;
+    Ok((compiled, bounds))
+}
+
+/// The field and the box that was asked for.
+fn located_argument(
+    session: &mut Session,
+    arguments: &Arguments,
+) -> Outcome<(FieldValue, Option<Bounds>)> {
     let given = arguments.plain(session, "bounds")?;
     let sides = match &given {
         Some(Value::List(sides)) => Some(sides.len()),
@@ -135,10 +147,7 @@ pub(super) fn compiled_argument(
         }
         None => field.domain(),
     };
-    let compiled = field
-        .compiled(&mut session.graph, session.parameters.values())
-        .at(arguments.place("f"), "this field")?;
-    Ok((compiled, bounds))
+    Ok((field, bounds))
 }
 
 /// The box that was given or, without one, a box that provably holds the whole level set.
@@ -299,8 +308,12 @@ fn warn_about_mesh(
 }
 
 fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
-    let (field, given) = compiled_argument(session, arguments)?;
+    let (field, given) = located_argument(session, arguments)?;
+    let fields = field
+        .surfaces(&mut session.graph, session.parameters.values())
+        .at(arguments.place("f"), "this field")?;
     let method = match arguments.text("method")?.as_deref() {
+        None if fields.len() == 2 => Method::Trace,
         None if field.dimension() == 1 => Method::Kinematic,
         None => Method::default(),
         Some(name) => Method::named(name).ok_or_else(|| {
@@ -314,7 +327,8 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         })?,
     };
     let bounds = match given {
-        None if method == Method::Floaters => proven_box(&field, arguments)?,
+        None if method == Method::Trace => Some(common_box(&fields, arguments)?),
+        None if method == Method::Floaters => proven_box(&fields[0], arguments)?,
         given => given,
     };
     let mut options = sample::Options {
@@ -334,18 +348,22 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(friction) = arguments.positive(session, "friction")? {
         options.friction = friction;
     }
-    let outcome = sample::sample(&field, &options, &session.monitor())
-        .map_err(|error| sample_failure(&error, arguments))?;
+    let outcome = match fields.as_slice() {
+        [first, second] => sample::sample_curve([first, second], &options, &session.monitor()),
+        [field, ..] => sample::sample(field, &options, &session.monitor()),
+        [] => return Err(arguments.expected("a field", "f", &Value::Field(field))),
+    };
+    let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
     let statistics = outcome.statistics;
     if outcome.samples.positions.is_empty() {
-        let mut error = failure(
-            Code::NoSurface,
-            format!(
+        let message = match method {
+            Method::Trace => "the field has no zero in the box that could be found".to_owned(),
+            _ => format!(
                 "none of the {} particles found a zero of the field",
                 statistics.started
             ),
-        )
-        .at(arguments.place("f"), "no zero found");
+        };
+        let mut error = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero found");
         error.help = Some("give `bounds` that hold the surface, or check the field".into());
         return Err(error);
     }
@@ -365,6 +383,32 @@ fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bo
     }
 }
 
+/// A box that provably holds all points at which every one of the fields vanishes.
+fn common_box(fields: &[CompiledField], arguments: &Arguments) -> Outcome<Bounds> {
+    let mut common: Option<Bounds> = None;
+    let mut unbounded = None;
+    for field in fields {
+        match (found_bounds(field, 0.0, arguments), common) {
+            (Ok(bounds), None) => common = Some(bounds),
+            (Ok(bounds), Some(other)) => {
+                let (min, max) = (bounds.min.max(other.min), bounds.max.min(other.max));
+                if min.cmpgt(max).any() {
+                    return Err(no_common_zero(arguments));
+                }
+                common = Some(Bounds { min, max, ..other });
+            }
+            (Err(error), _) if error.code == Code::NoBounds => unbounded = Some(error),
+            (Err(error), _) => return Err(error),
+        }
+    }
+    common.ok_or_else(|| unbounded.unwrap_or_else(|| no_common_zero(arguments)))
+}
+
+fn no_common_zero(arguments: &Arguments) -> Box<Diagnostic> {
+    failure(Code::NoSurface, "the fields vanish nowhere together")
+        .at(arguments.place("f"), "no zero set")
+}
+
 fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
     let message = error.to_string();
     match error {
@@ -379,6 +423,10 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
         }
         SampleError::Dimension { .. } => {
             failure(Code::WrongDimension, message).at(arguments.span, "here")
+        }
+        SampleError::Method { .. } => arguments.bad("method", message),
+        SampleError::NoCurve { .. } => {
+            failure(Code::NoSurface, message).at(arguments.place("f"), "not a curve")
         }
         SampleError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
     }
