@@ -208,6 +208,7 @@ const SAMPLES: &[Property<SampleSet>] = &[
     shown("length", |set| number(walked(set)?.length())),
     shown("crossings", |set| number(walked(set)?.crossings as f64)),
     shown("proven", |set| Some(Value::Bool(walked(set)?.proven))),
+    hidden("undecided", |set| number(walked(set)?.undecided as f64)),
     hidden("lengths", |set| {
         let components = walked(set)?.components.iter();
         Some(Value::numbers(components.map(|found| found.length)))

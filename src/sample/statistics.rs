@@ -61,7 +61,7 @@ pub struct CurveStatistics {
     /// points and, for fields that are not compiled, all.
     pub unproven_steps: u64,
     /// Cells of the box in which a component may have been missed. They are tiny; those at
-    /// crossings, corners and ends, within some 1e-4 of the box, are not counted.
+    /// crossings, corners and ends, within 1e-3 of the box's diagonal, are not counted.
     pub undecided: u64,
     /// Whether it is proven that no component was missed, but for what is as small as that and
     /// at such a point.

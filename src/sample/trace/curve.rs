@@ -27,7 +27,7 @@ use crate::math::scalar;
 const LONGEST: f64 = 1.0 / 32.0;
 const FIRST: f64 = 1.0 / 256.0;
 const UNPROVEN: f64 = 5e-4;
-const SHORTEST: f64 = 1e-7;
+const SHORTEST: f64 = 1e-8;
 
 /// What a step should cost: the contraction of Newton's method, the distance of the prediction as a
 /// part of the step, and the turning angle; and what it may cost at the most.
@@ -37,8 +37,18 @@ const ACCEPTED: [f64; 3] = [0.4, 0.2, 0.3];
 /// On a circle the two tangents deviate from the chord alike. The sine by which they may not.
 const LARGEST_ASYMMETRY: f64 = 0.05;
 
+/// At crossings, the asymmetry of a smooth branch is at most this multiple of the step, as a part of
+/// the diagonal.
+const CURVED: f64 = 30.0;
+
 /// The sphere on which branches are looked for, in shortest steps.
-const PROBE: f64 = 32.0;
+const PROBE: f64 = 8.0;
+
+/// The largest such sphere, as a part of the diagonal.
+const LARGEST_PROBE: f64 = 1e-3;
+
+/// A step is longer than the errors of its ends by this factor.
+const PRECISION: f64 = 1e3;
 
 /// Starts for the search on the sphere, in the plane and in space.
 const PROBES: (u32, u32) = (48, 160);
@@ -48,6 +58,10 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Branches closer than this part of the sphere's radius are one.
 const SAME_BRANCH: f64 = 1e-4;
+
+/// Beside a singular point, where the equations hold almost, Newton's method does not converge to
+/// this part of the radius.
+const LARGEST_NOISE: f64 = 1e-5;
 
 /// The most steps of a walk.
 const STEP_LIMIT: usize = 400_000;
@@ -67,6 +81,8 @@ pub(super) enum End {
     Inside,
     /// Nowhere: too many steps.
     Limit,
+    /// On a curve that was walked before.
+    Old,
 }
 
 /// What was met on the way.
@@ -148,10 +164,10 @@ impl Walker<'_> {
         while steps.len() < STEP_LIMIT {
             let Some(taken) = self.advance(&here, wanted) else {
                 match self.leap(&here, &steps, is_old, events) {
-                    Some((step, to)) => {
-                        wanted = step.chord;
+                    Some((over, to)) => {
+                        wanted = to.position.distance(here.position);
                         here = to;
-                        steps.push(step);
+                        steps.extend(over);
                         continue;
                     }
                     None => return (steps, End::Inside),
@@ -165,9 +181,17 @@ impl Walker<'_> {
                 steps.extend(last);
                 return (steps, End::Border);
             }
-            if taken.to.sign != here.sign {
-                let crossing = self.crossing(&taken.step, here.sign);
+            let crossing = match taken.to.sign != here.sign {
+                true => Some(self.crossing(&taken.step, here.sign)),
+                false if taken.proven => None,
+                false => self.even_crossing(&taken.step),
+            };
+            if let Some(crossing) = crossing {
                 note(&mut events.crossings, crossing, 1e-6 * diagonal);
+            }
+            // A start near a singular point is not known exactly, and may have been on an old curve.
+            if taken.proven && is_old(taken.to.position) {
+                return (steps, End::Old);
             }
             events.unproven += u64::from(!taken.proven);
             events.steps += 1;
@@ -207,17 +231,25 @@ impl Walker<'_> {
         };
         let cost = [contraction, found.first / length, angle];
         if cost.iter().zip(ACCEPTED).any(|(cost, most)| *cost > most)
+            || length < PRECISION * found.noise
             || here.tangent.dot(to.tangent) <= 0.0
         {
             return None;
         }
         let step = Step::new(system, here, &to)?;
         let middle = 0.5 * (here.tangent + to.tangent);
-        if middle.cross(step.direction).length() > LARGEST_ASYMMETRY {
+        let asymmetry = middle.cross(step.direction).length();
+        let turned = to.sign != here.sign;
+        let symmetric = match turned {
+            false => asymmetry <= LARGEST_ASYMMETRY,
+            // Near a cusp, there is a jump to the other branch, which has the other direction. That
+            // is seen by the chord, except on a scale at which crossings are looked for in vain.
+            true => asymmetry <= 0.1 * angle + CURVED * length / system.diagonal,
+        };
+        if !symmetric {
             return None;
         }
         let short = length <= UNPROVEN * system.diagonal;
-        let turned = to.sign != here.sign;
         let proven = !turned
             && match &self.compiled {
                 Some(fields) => connects(system, fields, &step),
@@ -332,6 +364,35 @@ impl Walker<'_> {
         step.from.lerp(step.to, 0.5 * (before + behind))
     }
 
+    /// Where on a step the tangent is gone although the equations have the same direction on both
+    /// sides, as where three branches cross: the minimum of the gradients' product, if that is 0.
+    fn even_crossing(&self, step: &Step) -> Option<DVec3> {
+        let strengths = step.strengths;
+        let inner = strengths[1].min(strengths[2]).min(strengths[3]);
+        let ends = strengths[0].min(strengths[4]);
+        if inner >= ends {
+            return None;
+        }
+        let (mut low, mut high) = (0.0, 1.0);
+        let mut least = inner;
+        for _ in 0..60 {
+            let third = (high - low) / 3.0;
+            let at = |part| Some(step.at(self.system, part)?.local.strength);
+            // Without a tangent, this is it.
+            let (Some(one), Some(other)) = (at(low + third), at(high - third)) else {
+                least = 0.0;
+                break;
+            };
+            least = least.min(one).min(other);
+            if one < other {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        (least < 1e-6 * ends).then(|| step.from.lerp(step.to, 0.5 * (low + high)))
+    }
+
     /// The way on from where no step succeeds: straight to the point at which the straightest new
     /// branch leaves a small sphere.
     fn leap(
@@ -340,19 +401,20 @@ impl Walker<'_> {
         steps: &[Step],
         is_old: &dyn Fn(DVec3) -> bool,
         events: &mut Events,
-    ) -> Option<(Step, Place)> {
+    ) -> Option<(Vec<Step>, Place)> {
         let diagonal = self.system.diagonal;
-        let radius = PROBE * SHORTEST * diagonal;
         let centre = here.position;
-        let arrival = self.arrival(centre, radius, steps);
-        let branches = self.branches(centre, radius);
-        let others: Vec<DVec3> = branches
-            .into_iter()
-            .filter(|branch| match arrival {
+        let mut radius = PROBE * SHORTEST * diagonal;
+        let mut others: Vec<DVec3> = Vec::new();
+        while others.is_empty() && radius <= LARGEST_PROBE * diagonal {
+            radius *= 4.0;
+            let arrival = self.arrival(centre, radius, steps);
+            others = self.branches(centre, radius);
+            others.retain(|branch| match arrival {
                 Some(arrival) => branch.distance(arrival) > 10.0 * SAME_BRANCH * radius,
                 None => (*branch - centre).dot(here.tangent) > 0.0,
-            })
-            .collect();
+            });
+        }
         let list = match others.len() {
             0 => &mut events.ends,
             1 => &mut events.corners,
@@ -371,7 +433,11 @@ impl Walker<'_> {
             .max_by(|one, other| ahead(one).total_cmp(&ahead(other)))?;
         let local = self.system.local(best)?;
         let to = Place::along(best, local, best - centre)?;
-        Some((Step::straight(centre, best), to))
+        let mut over = vec![centre];
+        over.extend(meeting(here, &to));
+        over.push(best);
+        let steps = over.windows(2).map(|pair| Step::straight(pair[0], pair[1]));
+        Some((steps.collect(), to))
     }
 
     /// Where the walk entered the sphere.
@@ -412,6 +478,7 @@ impl Walker<'_> {
             let start = centre + radius * direction;
             let condition = Condition::Sphere(centre, radius);
             if let Some(branch) = self.system.solve(start, condition, 0.5 * radius)
+                && branch.noise <= LARGEST_NOISE * radius
                 && found
                     .iter()
                     .all(|known| known.distance(branch.position) > SAME_BRANCH * radius)
@@ -421,4 +488,22 @@ impl Walker<'_> {
         }
         found
     }
+}
+
+/// The corner in which the tangents at two places meet, the first ahead and the second behind; none
+/// if they are nearly parallel, as at a cusp.
+fn meeting(before: &Place, behind: &Place) -> Option<DVec3> {
+    let (t, u) = (before.tangent, behind.tangent);
+    let apart = behind.position - before.position;
+    let cosine = t.dot(u);
+    let squared_sine = 1.0 - cosine * cosine;
+    if squared_sine < 0.01 {
+        return None;
+    }
+    // Where the lines are nearest: apart = s t + r u, up to what is normal to both.
+    let ahead = (apart.dot(t) - cosine * apart.dot(u)) / squared_sine;
+    let back = (apart.dot(u) - cosine * apart.dot(t)) / squared_sine;
+    let corner = before.position + ahead * t;
+    let tiny = 1e-3 * apart.length();
+    (ahead > tiny && back > tiny && ahead.max(back) < 10.0 * apart.length()).then_some(corner)
 }

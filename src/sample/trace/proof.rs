@@ -15,7 +15,7 @@ use crate::graph::Interval;
 use crate::graph::interval::{Enclosure, Regularity};
 
 /// The box around a step is wider than its hull by this part of its longest side, on each side.
-const MARGIN: f64 = 0.75;
+const MARGIN: f64 = 0.3;
 
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -123,6 +123,61 @@ pub(super) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]
             }
         })
         .collect()
+}
+
+/// For two fields, whether their zero sets are proven not to meet in boxes, although both pass.
+///
+/// Where they almost touch, the combination of both whose gradient is smallest says so: its
+/// mean-value form around the middle c of the box, D(c) + (α F_x - β G_x)(box) · (x - c), with α and
+/// β such that the gradients' common part cancels.
+pub(super) fn miss_each_other(
+    system: &System,
+    fields: &[&CompiledField],
+    cells: &[Cell],
+) -> Vec<bool> {
+    let &[first, second] = fields else {
+        return vec![false; cells.len()];
+    };
+    let columns: [Vec<Interval>; 3] =
+        std::array::from_fn(|axis| cells.iter().map(|cell| cell.side(axis)).collect());
+    let sides = columns.each_ref().map(|column| &column[..]);
+    let middles: [Vec<Interval>; 3] = std::array::from_fn(|axis| {
+        let middles = cells.iter().map(|cell| cell.center()[axis]);
+        middles.map(Interval::point).collect()
+    });
+    let middles = middles.each_ref().map(|column| &column[..]);
+    system.count(4 * cells.len() as u64);
+    let [one, other] = [first, second].map(|field| {
+        let mut values = vec![UNKNOWN; cells.len()];
+        let mut slopes = [(); 3].map(|()| vec![Interval::ENTIRE; cells.len()]);
+        let mut outputs = slopes.each_mut().map(|column| &mut column[..]);
+        field.enclose_gradients(&sides, &mut values, &mut outputs);
+        let mut centres = vec![UNKNOWN; cells.len()];
+        field.enclose(&middles, &mut centres);
+        (values, slopes, centres)
+    });
+    let gradient = |of: &[Vec<Interval>; 3], place: usize| [0, 1, 2].map(|axis| of[axis][place]);
+    let missed = |place: usize| {
+        let smooth = [&one, &other]
+            .iter()
+            .all(|field| field.0[place].regularity == Regularity::Continuous);
+        let (a, b) = (gradient(&one.1, place), gradient(&other.1, place));
+        let middle =
+            |of: [Interval; 3]| DVec3::from_array(of.map(|side| 0.5 * (side.low + side.high)));
+        let (p, q) = (middle(a), middle(b));
+        let factor = p.dot(q) / q.length_squared();
+        if !(smooth && factor.is_finite()) {
+            return false;
+        }
+        let factor = Interval::point(factor);
+        let mut range = one.2[place].range - factor * other.2[place].range;
+        for axis in 0..3 {
+            let from_middle = sides[axis][place] - middles[axis][place];
+            range = range + (a[axis] - factor * b[axis]) * from_middle;
+        }
+        !range.contains(0.0)
+    };
+    (0..cells.len()).map(missed).collect()
 }
 
 fn cross(a: [Interval; 3], b: [Interval; 3]) -> [Interval; 3] {

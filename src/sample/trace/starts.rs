@@ -15,14 +15,15 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::curve::{End, Events, Walker};
-use super::proof::{Cell, Known, enclose, reaches};
+use super::proof::{Cell, Known, enclose, miss_each_other, reaches};
 use super::step::{Place, Step};
 use super::system::Condition;
 use crate::engine::{CompiledField, Monitor};
 use crate::graph::Interval;
 
-/// The box in which the curve is to be a graph is so many times as large as the cell.
-const AROUND: f64 = 3.0;
+/// The box in which the curve is to be a graph is so many times as large as the cell: with 3, a
+/// straight line with the slope 1 that touches the cell in a corner leaves it in a corner.
+const AROUND: f64 = 3.25;
 
 /// Halvings after which a cell is left, and the most cells that are enclosed.
 const DEEPEST: u32 = 17;
@@ -47,8 +48,8 @@ const BUCKETS: f64 = 128.0;
 /// Cells along the longest side of the grid for fields of which nothing is enclosed.
 const GRID: (usize, usize) = (256, 48);
 
-/// Cells that are left next to a singular point, by so many of their sizes, are expected.
-const NEAR: f64 = 16.0;
+/// Cells that are left so close to a singular point, as a part of the diagonal, are expected.
+const NEAR: f64 = 1e-3;
 
 /// One connected curve, or a part of one that ends at a singular point.
 pub(super) struct Component {
@@ -168,7 +169,7 @@ impl Search<'_> {
             level = next;
         }
         let undecided = left.iter().filter(|cell| {
-            let near = NEAR * cell.size().max_element();
+            let near = NEAR * self.walker.system.diagonal;
             !self.traced.events.is_near(cell.center(), near)
         });
         self.traced.undecided = undecided.count() as u64;
@@ -187,12 +188,15 @@ impl Search<'_> {
         let system = self.walker.system;
         let cells: Vec<Cell> = batch.iter().map(|open| open.cell).collect();
         let known = enclose(system, fields, &cells);
-        let possible: Vec<(Open, Known)> = batch
+        let mut possible: Vec<(Open, Known)> = batch
             .iter()
             .copied()
             .zip(known)
             .filter(|(_, known)| known.possible)
             .collect();
+        let cells: Vec<Cell> = possible.iter().map(|(open, _)| open.cell).collect();
+        let mut missed = miss_each_other(system, fields, &cells).into_iter();
+        possible.retain(|_| missed.next() != Some(true));
         let around: Vec<Cell> = possible
             .iter()
             .map(|(open, _)| open.cell.scaled(AROUND))
@@ -300,17 +304,22 @@ impl Search<'_> {
         let known = |point: DVec3| is_old(&self.traced, walker, point);
         let (mut steps, end) = walker.walk(&place, &known, &mut events);
         let closed = end == End::Closed;
-        if !closed {
+        let mut old = end == End::Old;
+        if !closed && !old {
             let known = |point: DVec3| {
                 let passed = |step: &Step| step.passes(walker.system, point);
                 is_old(&self.traced, walker, point) || steps.iter().any(passed)
             };
-            let (back, _) = walker.walk(&place.reversed(), &known, &mut events);
+            let (back, end) = walker.walk(&place.reversed(), &known, &mut events);
+            old = end == End::Old;
             let mut all: Vec<Step> = back.iter().rev().map(Step::reversed).collect();
             all.append(&mut steps);
             steps = all;
         }
         self.traced.events = events;
+        if old {
+            return true;
+        }
         if steps.is_empty() {
             return false;
         }

@@ -86,6 +86,8 @@ pub(super) struct Step {
     pub(super) nodes: [DVec3; 3],
     /// ds/dξ at the five nodes.
     rates: [f64; 5],
+    /// [`Local::strength`] at the five nodes.
+    pub(super) strengths: [f64; 5],
     /// The arc length.
     pub(super) length: f64,
     /// Whether it leads straight over a singular point, past which the curve is not a graph.
@@ -105,6 +107,8 @@ impl Step {
             .map(|cosine| (cosine >= SMALLEST_COSINE).then_some(cosine));
         step.rates[0] = 1.0 / cosines[0]?;
         step.rates[4] = 1.0 / cosines[1]?;
+        step.strengths[0] = from.local.strength;
+        step.strengths[4] = to.local.strength;
         for (place, &part) in NODES.iter().enumerate().take(4).skip(1) {
             let guess = step.guess(part);
             let reach = LARGEST_GAP * step.chord;
@@ -116,6 +120,7 @@ impl Step {
                 return None;
             }
             step.rates[place] = 1.0 / cosine;
+            step.strengths[place] = here.local.strength;
             step.nodes[place - 1] = found.position;
         }
         let [first, second, middle, fourth, last] = step.rates;
@@ -137,6 +142,7 @@ impl Step {
             chord,
             nodes: [1, 2, 3].map(|place: usize| from.lerp(to, NODES[place])),
             rates: [1.0; 5],
+            strengths: [0.0; 5],
             length: chord,
             straight: true,
         }
@@ -148,6 +154,8 @@ impl Step {
         let [first, last] = self.tangents;
         let mut rates = self.rates;
         rates.reverse();
+        let mut strengths = self.strengths;
+        strengths.reverse();
         Step {
             from: self.to,
             to: self.from,
@@ -155,6 +163,7 @@ impl Step {
             direction: -self.direction,
             nodes: [three, two, one],
             rates,
+            strengths,
             ..*self
         }
     }
@@ -207,7 +216,10 @@ impl Step {
             return Some(bounded);
         }
         let here = self.at(system, bounded)?;
-        (here.position.distance(point) <= same).then_some(bounded)
+        // The branches of a cusp are close to each other, but lead opposite ways.
+        let there = system.local(point)?.direction();
+        let alike = there.dot(here.local.direction()) > 0.0;
+        (alike && here.position.distance(point) <= same).then_some(bounded)
     }
 
     /// The part of the chord at which so much of the arc length is passed: the inverse of s(ξ), by

@@ -14,6 +14,13 @@ use crate::sample::evaluation::length;
 /// Newton's method converges in a handful of steps from where a predictor leads, or is not wanted.
 const STEP_LIMIT: usize = 12;
 
+/// On a sphere around a cusp branches are close to each other, and steps halve the distance until
+/// they are closer to one than to the other.
+const SPHERE_STEP_LIMIT: usize = 48;
+
+/// Steps that are not shorter than the last one by this factor are errors of rounding.
+const STALLED: f64 = 0.9;
+
 /// Steps that are shorter than this part of the coordinates are rounding.
 const ROUNDING: f64 = 4e-16;
 
@@ -41,6 +48,9 @@ pub(super) struct Local {
     pub(super) distances: [f64; 2],
     /// F_x / |F_x| of each; 0 where the gradient vanishes.
     pub(super) normals: [DVec3; 2],
+    /// The product of the lengths of the gradients and the sine between them: 0 where the curve has
+    /// no tangent.
+    pub(super) strength: f64,
 }
 
 impl Local {
@@ -65,6 +75,8 @@ pub(super) struct Corrected {
     pub(super) first: f64,
     /// That of the second, as a part of the first: the rate of contraction.
     pub(super) contraction: f64,
+    /// How far off the position may be: the length of steps that do not become shorter any more.
+    pub(super) noise: f64,
 }
 
 /// What is asked of a solution beside the equations.
@@ -112,6 +124,7 @@ impl<'a> System<'a> {
         let mut local = Local {
             distances: [point.z, 0.0],
             normals: [DVec3::Z, DVec3::ZERO],
+            strength: 1.0,
         };
         let first = 2 - self.fields.len().min(2);
         for (place, field) in (first..2).zip(&self.fields) {
@@ -122,6 +135,7 @@ impl<'a> System<'a> {
                 self.undefined.set(self.undefined.get() + 1);
                 return None;
             }
+            local.strength *= slope;
             if slope > 0.0 {
                 local.distances[place] = value / slope;
                 local.normals[place] = gradient / slope;
@@ -130,6 +144,7 @@ impl<'a> System<'a> {
                 local.normals[place] = DVec3::ZERO;
             }
         }
+        local.strength *= local.direction().length();
         Some(local)
     }
 
@@ -152,18 +167,23 @@ impl<'a> System<'a> {
         let mut first = 0.0;
         let mut contraction = 0.0;
         let mut last = f64::INFINITY;
-        for step in 0..STEP_LIMIT {
+        let limit = match condition {
+            Condition::Sphere(..) => SPHERE_STEP_LIMIT,
+            _ => STEP_LIMIT,
+        };
+        for step in 0..limit {
             let local = self.local(position)?;
             let mut shift = newton_step(&local, position, condition)?;
             let mut size = shift.length();
             let floor = ROUNDING * (self.diagonal + position.abs().max_element());
-            let stalled = step > 1 && size > 0.5 * last && size <= self.tolerance;
+            let stalled = step > 1 && size > STALLED * last && size <= self.tolerance;
             if size <= floor || stalled {
                 return self.holds(&local).then_some(Corrected {
                     position,
                     local,
                     first,
                     contraction,
+                    noise: if stalled { last } else { floor },
                 });
             }
             if size > reach {
@@ -187,6 +207,7 @@ impl<'a> System<'a> {
             local,
             first,
             contraction,
+            noise: last,
         })
     }
 }
