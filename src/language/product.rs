@@ -200,6 +200,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
     }),
+    shown("largest_missed", |set| {
+        let proof = set.statistics.as_ref()?.proof?;
+        number(proof.largest_left)
+    }),
     hidden("points", |set| {
         Some(points(&set.samples.positions, set.samples.dimension))
     }),
