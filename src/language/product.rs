@@ -213,6 +213,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let components = walked(set)?.components.iter();
         Some(Value::numbers(components.map(|found| found.length)))
     }),
+    shown("largest_missed", |set| {
+        let proof = set.statistics.as_ref()?.proof?;
+        number(proof.largest_left)
+    }),
     hidden("points", |set| {
         Some(points(&set.samples.positions, set.samples.dimension))
     }),

@@ -13,6 +13,7 @@
 //! and polish (`release`), and the search for the right box (`search`).
 //! [`thin()`] makes a sample sparser and more even.
 
+mod cover;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -28,7 +29,7 @@ mod statistics;
 mod thin;
 mod trace;
 
-pub use statistics::{CurveComponent, CurveStatistics, Dropped, Statistics};
+pub use statistics::{CurveComponent, CurveStatistics, Dropped, Proof, Statistics};
 pub use thin::{Keep, thin};
 
 use glam::DVec3;
@@ -95,6 +96,9 @@ pub struct Options {
     /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
     /// pattern with as many points on the same area. Other methods know no spacing.
     pub spacing: Option<f64>,
+    /// Where floaters start, instead of seeds on every component: points near the zero set, from
+    /// which they spread over the components that these lie on.
+    pub seeds: Vec<DVec3>,
     /// Where the random starts come from: the same seed gives the same bytes.
     pub seed: u64,
     /// The box to search, from which no point strays. `None`: the search begins in -1..1 and
@@ -126,6 +130,7 @@ impl Default for Options {
             count: None,
             count_limit: Options::MOST,
             spacing: None,
+            seeds: Vec::new(),
             seed: 0,
             bounds: None,
             tolerance: 1e-9,
@@ -335,6 +340,7 @@ fn particles(
         settled: located.settled,
         bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
+        proof: None,
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
         curves: None,

@@ -223,6 +223,9 @@ pub(super) struct Sample {
     /// How many floaters, or how many other particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
+    /// Points from which floaters start [default: one or more on every component]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) seeds: Option<String>,
     /// Where randomness starts
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,

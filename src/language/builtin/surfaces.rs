@@ -2,6 +2,8 @@
 
 use std::rc::Rc;
 
+use glam::DVec3;
+
 use super::extent::found_bounds;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
@@ -38,12 +40,13 @@ pub(super) const TABLE: &[Builtin] = &[
             "method = \"floaters\"",
             "spacing =",
             "count =",
+            "seeds =",
             "seed = 0",
             "bounds =",
             "tolerance = 1e-9",
             "friction = 0.05",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. The box is `bounds`, or what `over` says, or, for floaters, one that provably holds the whole zero set; without any the surface is searched for.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. The box is `bounds`, or what `over` says, or, for floaters, one that provably holds the whole zero set; without any the surface is searched for.",
         sample,
     ),
     action(
@@ -342,6 +345,12 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(seed) = arguments.count(session, "seed")? {
         options.seed = seed;
     }
+    if let Some(seeds) = arguments.plain(session, "seeds")? {
+        options.seeds = points_of(&seeds, field.dimension()).ok_or_else(|| {
+            let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
+            arguments.expected(expected, "seeds", &seeds)
+        })?;
+    }
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
     }
@@ -370,6 +379,30 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     warn_about_samples(session, arguments, &statistics);
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
+}
+
+/// The points that a list of lists of numbers, or a sample, stands for.
+fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
+    if let Value::Samples(set) = value {
+        return (set.samples.dimension == dimension).then(|| set.samples.positions.clone());
+    }
+    let Value::List(points) = value else {
+        return None;
+    };
+    let point = |point: &Value| {
+        let Value::List(coordinates) = point else {
+            return None;
+        };
+        let mut position = DVec3::ZERO;
+        for (axis, coordinate) in coordinates.iter().enumerate() {
+            match coordinate {
+                Value::Number(number) if axis < dimension => position[axis] = *number,
+                _ => return None,
+            }
+        }
+        (coordinates.len() == dimension).then_some(position)
+    };
+    points.iter().map(point).collect()
 }
 
 /// A box that provably holds the whole zero set, if one can be found. That there is no zero at

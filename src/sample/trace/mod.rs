@@ -107,6 +107,7 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
         settled: true,
         bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
+        proof: None,
         nan_points: undefined,
         singular: 0,
         curves: Some(CurveStatistics {
