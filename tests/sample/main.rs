@@ -5,3 +5,4 @@ mod floaters;
 mod options;
 mod particles;
 mod thinning;
+mod trace;

@@ -1,0 +1,394 @@
+//! Continuation along curves: lengths in closed form, equal distances, and every component.
+
+use std::f64::consts::{PI, SQRT_2, TAU};
+use std::path::PathBuf;
+
+use glam::DVec3;
+use imp::diagnostic::{Diagnostic, SourceId};
+use imp::engine::{CompiledField, Field, Monitor, Silent};
+use imp::geometry::Bounds;
+use imp::language::{Host, Limits, Mode, Session};
+use imp::sample::{
+    CurveStatistics, Method, Options, Outcome, SampleError, sample, sample_curve,
+};
+use imp::syntax::parse;
+
+use crate::fields::{cube, field};
+
+/// Listens to nothing.
+struct Deaf;
+
+impl Host for Deaf {
+    fn print(&mut self, _line: &str) {}
+
+    fn warn(&mut self, _warning: Diagnostic) {}
+
+    fn wrote(&mut self, _path: &std::path::Path) {}
+
+    fn read_source(
+        &mut self,
+        path: &std::path::Path,
+    ) -> Result<(SourceId, std::sync::Arc<str>), Diagnostic> {
+        panic!("{} is not read here", path.display())
+    }
+
+    fn monitor(&self) -> &dyn Monitor {
+        &Silent
+    }
+}
+
+/// The fields that vanish on what `field f` of a program in the language stands for.
+pub(crate) fn compiled(text: &str) -> Vec<CompiledField> {
+    let mut session = Session::new(
+        Box::new(Deaf),
+        Mode::Define,
+        Limits::default(),
+        PathBuf::new(),
+        Vec::new(),
+    );
+    let parsed = parse(SourceId(0), text);
+    assert!(parsed.diagnostics.is_empty(), "{text}");
+    session.run(&parsed.tree).unwrap();
+    let found = session.fields().get("f").cloned().unwrap();
+    found.surfaces(session.graph(), &[]).unwrap()
+}
+
+/// The options of continuation in a box.
+fn options(bounds: Bounds, count: u64) -> Options {
+    Options {
+        method: Method::Trace,
+        bounds: Some(bounds),
+        count: Some(count),
+        ..Options::default()
+    }
+}
+
+fn trace(text: &str, options: &Options) -> Result<Outcome, SampleError> {
+    match compiled(text).as_slice() {
+        [one, other] => sample_curve([one, other], options, &Silent),
+        [field] => sample(field, options, &Silent),
+        _ => panic!("one or two fields"),
+    }
+}
+
+fn curves(outcome: &Outcome) -> &CurveStatistics {
+    outcome.statistics.curves.as_ref().unwrap()
+}
+
+/// Lengths in ascending order.
+fn lengths(outcome: &Outcome) -> Vec<f64> {
+    let mut lengths: Vec<f64> = curves(outcome)
+        .components
+        .iter()
+        .map(|component| component.length)
+        .collect();
+    lengths.sort_by(f64::total_cmp);
+    lengths
+}
+
+/// The curve is traced, with these lengths, all components closed or all open, and nothing missed.
+#[track_caller]
+fn traced(text: &str, half: f64, expected: &[f64], closed: bool) -> Outcome {
+    let dimension = if text.contains("z)") { 3 } else { 2 };
+    let outcome = trace(text, &options(cube(dimension, half), 200)).unwrap();
+    let found = lengths(&outcome);
+    assert_eq!(found.len(), expected.len(), "{found:?}");
+    for (found, expected) in found.iter().zip(expected) {
+        // The rule of the ninth degree is that good on steps that turn by a few degrees.
+        assert!((found - expected).abs() < 1e-8 * expected, "{found} {expected}");
+    }
+    let curves = curves(&outcome);
+    assert!(curves.proven && curves.undecided == 0, "{curves:?}");
+    assert!(curves.components.iter().all(|found| found.closed == closed));
+    assert_eq!(outcome.samples.positions.len(), 200);
+    assert!(outcome.statistics.max_residual < 1e-13);
+    outcome
+}
+
+/// The composite midpoint rule, which for smooth periodic integrands converges faster than any
+/// power.
+fn periodic_integral(period: f64, integrand: impl Fn(f64) -> f64) -> f64 {
+    let count = 4000;
+    let step = period / f64::from(count);
+    let at = |place: i32| integrand((f64::from(place) + 0.5) * step);
+    (0..count).map(at).sum::<f64>() * step
+}
+
+#[test]
+fn closed_curves_have_their_lengths() {
+    traced("field f(x, y) = x^2 + y^2 - 1", 1.5, &[TAU], true);
+    let speed = |t: f64| (3.0 * t.sin()).hypot(t.cos());
+    let perimeter = periodic_integral(TAU, speed);
+    traced("field f(x, y) = x^2/9 + y^2 - 1", 4.0, &[perimeter], true);
+    // A distance has a gradient of length 1; a cube of it has hardly any.
+    traced("field f(x, y) = sqrt(x^2 + y^2) - 1", 1.5, &[TAU], true);
+}
+
+/// r² = cos 2θ ± √(b⁴ - sin² 2θ) with foci at ±1: two loops for b < 1, one for b > 1.
+#[test]
+fn cassini_ovals_have_one_loop_or_two() {
+    let text = |b: f64| format!("field f(x, y) = (x^2 + y^2)^2 - 2*(x^2 - y^2) + 1 - ({b})^4");
+    // One loop, by the angle θ.
+    let b: f64 = 1.05;
+    let speed = |t: f64| {
+        let radius = |t: f64| {
+            let root = (b.powi(4) - (2.0 * t).sin().powi(2)).sqrt();
+            ((2.0 * t).cos() + root).sqrt()
+        };
+        let step = 1e-5;
+        radius(t).hypot((radius(t + step) - radius(t - step)) / (2.0 * step))
+    };
+    traced(&text(b), 2.0, &[periodic_integral(TAU, speed)], true);
+    // Two loops: (z - 1)(z + 1) = b² e^{it}, so that |dz/dt| = b² / (2 |z|) with z² = 1 + b² e^{it}.
+    let b: f64 = 0.98;
+    let square = b * b;
+    let speed = |t: f64| {
+        let modulus = (1.0 + square * t.cos()).hypot(square * t.sin()).sqrt();
+        0.5 * square / modulus
+    };
+    let loop_length = periodic_integral(TAU, speed);
+    traced(&text(b), 2.0, &[loop_length; 2], true);
+}
+
+#[test]
+fn branches_go_straight_on_over_crossings() {
+    // The lemniscate's length is twice the lemniscate constant, 2.62205755429211981.
+    let text = "field f(x, y) = (x^2 + y^2)^2 - x^2 + y^2";
+    let outcome = traced(text, 1.5, &[5.244_115_108_584_239_6], true);
+    assert_eq!(curves(&outcome).crossings, 1);
+    // Three branches in one point, where the direction of the equations does not turn round.
+    let text = "field f(x, y) = (x^2 + y^2)^2 - x^3 + 3*x*y^2";
+    let speed = |t: f64| (3.0 * t).cos().hypot(3.0 * (3.0 * t).sin());
+    let outcome = traced(text, 1.5, &[periodic_integral(PI, speed)], true);
+    assert_eq!(curves(&outcome).crossings, 1);
+    // Two lines, and the circle that crosses each twice.
+    let text = "field f(x, y) = x*y*(x^2 + y^2 - 1)";
+    let outcome = trace(text, &options(cube(2, 2.0), 100)).unwrap();
+    assert_eq!(curves(&outcome).crossings, 5);
+    for (found, expected) in lengths(&outcome).iter().zip([4.0, 4.0, TAU]) {
+        assert!((found - expected).abs() < 1e-7, "{found}");
+    }
+}
+
+#[test]
+fn corners_and_cusps_are_passed() {
+    let near = |text: &str, expected: f64, corners: u64| {
+        let outcome = trace(text, &options(cube(2, 2.5), 100)).unwrap();
+        let found = lengths(&outcome);
+        assert_eq!(found.len(), 1, "{found:?}");
+        // Of a cusp, a tip as short as the shortest step is cut off.
+        assert!((found[0] - expected).abs() < 1e-5, "{} {expected}", found[0]);
+        let curves = curves(&outcome);
+        assert!(curves.components[0].closed && curves.corners == corners, "{curves:?}");
+    };
+    near("field f(x, y) = max(abs(x), abs(y)) - 1", 8.0, 4);
+    near("field f(x, y) = (x^2 + y^2 - 1)^3 + 27*x^2*y^2", 6.0, 4);
+    near("field f(x, y) = (x^2 + y^2 + x)^2 - x^2 - y^2", 8.0, 1);
+    // Two circles of radius 1 whose centres are 1 apart, without what is inside the other.
+    let text = "field f(x, y) = min(x^2 + y^2 - 1, (x - 1)^2 + y^2 - 1)";
+    near(text, 2.0 * (TAU - TAU / 3.0), 2);
+}
+
+#[test]
+fn curves_end_at_the_box() {
+    // The quarters of xy = 1 between x = 1/2 and 2, by Simpson's rule on a smooth integrand.
+    let count = 2000;
+    let step = 1.5 / f64::from(count);
+    let speed = |place: f64| 1.0_f64.hypot((0.5 + place * step).powi(-2));
+    let simpson = |place: i32| {
+        let place = f64::from(place);
+        (speed(place) + 4.0 * speed(place + 0.5) + speed(place + 1.0)) * step / 6.0
+    };
+    let length: f64 = (0..count).map(simpson).sum();
+    let outcome = traced("field f(x, y) = x*y - 1", 2.0, &[length; 2], false);
+    let on_border = outcome
+        .samples
+        .positions
+        .iter()
+        .filter(|point| point.abs().max_element() == 2.0);
+    assert_eq!(on_border.count(), 4);
+    // A circle that touches the box in four points is not cut there, and not proven.
+    let outcome = trace("field f(x, y) = x^2 + y^2 - 1", &options(cube(2, 1.0), 100)).unwrap();
+    assert_eq!(curves(&outcome).components.len(), 1);
+    assert!(curves(&outcome).components[0].closed);
+    // A curve ends where the field does: y = √x, from the origin to (2, √2).
+    let outcome = trace("field f(x, y) = y - sqrt(x)", &options(cube(2, 2.0), 100)).unwrap();
+    let length = 4.5_f64.sqrt() + 0.25 * (2.0 * SQRT_2).asinh();
+    assert!((lengths(&outcome)[0] - length).abs() < 1e-5);
+    assert_eq!(curves(&outcome).ends, 1);
+}
+
+#[test]
+fn components_of_all_sizes_are_found_and_kept_apart() {
+    let text = "field f(x, y) = (x^2 + y^2 - 1)*((x - 1.5)^2 + (y - 1.5)^2 - 1e-4)";
+    traced(text, 2.0, &[0.01 * TAU, TAU], true);
+    let text = "field f(x, y) = (x^2 + y^2 - 1)*(x^2 + y^2 - 1.02^2)";
+    traced(text, 2.0, &[TAU, 1.02 * TAU], true);
+}
+
+/// 2πn/5 for gaps, for closed curves; chords on a circle tell the arc between points.
+#[test]
+fn points_are_at_equal_distances() {
+    let check = |options: &Options, number: usize| {
+        let outcome = trace("field f(x, y) = x^2 + y^2 - 1", options).unwrap();
+        let points = &outcome.samples.positions;
+        assert_eq!(points.len(), number);
+        let arc = TAU / number as f64;
+        for (place, point) in points.iter().enumerate() {
+            let next = points[(place + 1) % number];
+            let found = 2.0 * (0.5 * point.distance(next)).asin();
+            assert!((found - arc).abs() < 1e-9 * arc, "{found} {arc}");
+        }
+        for (tangent, normal) in outcome.samples.tangents.iter().zip(&outcome.samples.normals) {
+            // The inside is on the left.
+            assert!(tangent.cross(*normal).distance(DVec3::NEG_Z) < 1e-12);
+        }
+    };
+    check(&options(cube(2, 1.5), 137), 137);
+    let spaced = Options {
+        spacing: Some(0.1),
+        count: None,
+        ..options(cube(2, 1.5), 1)
+    };
+    check(&spaced, 63);
+    // The parabola's arc length is s(x) = x √(1/4 + x²) + asinh(2x) / 4.
+    let outcome = trace("field f(x, y) = y - x^2", &options(cube(2, 1.0), 50)).unwrap();
+    let along = |x: f64| x * (0.25 + x * x).sqrt() + 0.25 * (2.0 * x).asinh();
+    let mut xs: Vec<f64> = outcome.samples.positions.iter().map(|point| point.x).collect();
+    xs.sort_by(f64::total_cmp);
+    let gap = 2.0 * along(1.0) / 49.0;
+    for pair in xs.windows(2) {
+        assert!((along(pair[1]) - along(pair[0]) - gap).abs() < 1e-8 * gap);
+    }
+    // Of two components, each gets its part.
+    let text = "field f(x, y) = (x^2 + y^2 - 1)*((x - 3)^2 + y^2 - 0.25)";
+    let outcome = trace(text, &options(cube(2, 4.0), 300)).unwrap();
+    let right = outcome.samples.positions.iter().filter(|point| point.x > 2.0);
+    assert_eq!(right.count(), 100);
+}
+
+#[test]
+fn curves_in_space_have_their_lengths() {
+    // By its parametrization (cos t, sin t, 2 sin(t/2)) + (1, 0, 0), 0 to 4π.
+    let viviani = "field f(x, y, z) = [x^2 + y^2 + z^2 - 4, (x - 1)^2 + y^2 - 1]";
+    let length = periodic_integral(4.0 * PI, |t| (1.0 + (0.5 * t).cos().powi(2)).sqrt());
+    let outcome = traced(viviani, 2.5, &[length], true);
+    assert_eq!(curves(&outcome).crossings, 1);
+    let circle = "field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x + y + z - 0.5]";
+    let radius = (1.0 - 0.25 / 3.0_f64).sqrt();
+    let outcome = traced(circle, 1.5, &[TAU * radius], true);
+    for (point, tangent) in outcome.samples.positions.iter().zip(&outcome.samples.tangents) {
+        let outward = *point - DVec3::splat(0.5 / 3.0);
+        assert!(tangent.dot(outward).abs() < 1e-12 && tangent.dot(DVec3::ONE).abs() < 1e-12);
+    }
+    // Two rings through each other.
+    let links = "field f(x, y, z) = [(sqrt(x^2 + y^2) - 1)*(x - 0.3), z]";
+    let outcome = trace(links, &options(cube(3, 1.7), 100)).unwrap();
+    assert_eq!(curves(&outcome).crossings, 2);
+    assert_eq!(lengths(&outcome).len(), 2);
+}
+
+#[test]
+fn the_trefoil_is_one_closed_curve() {
+    let text = "field f(x, y, z) = {
+        let r2 = x^2 + y^2 + z^2
+        let [a, b] = [r2 - 1, 2*z]
+        [(r2 + 1)*(a^2 - b^2) + 8*(x^3 - 3*x*y^2), (r2 + 1)*2*a*b + 8*(3*x^2*y - y^3)]
+    }";
+    let outcome = trace(text, &options(cube(3, 2.5), 500)).unwrap();
+    let curves = curves(&outcome);
+    assert!(curves.proven && curves.components.len() == 1 && curves.components[0].closed);
+    // The chords of inscribed polygons, extrapolated: their defect falls with the square.
+    let chords = |every: usize| {
+        let points: Vec<DVec3> = outcome.samples.positions.iter().copied().step_by(every).collect();
+        let next = points.iter().cycle().skip(1);
+        points.iter().zip(next).map(|(one, other)| one.distance(*other)).sum::<f64>()
+    };
+    let extrapolated = (4.0 * chords(1) - chords(2)) / 3.0;
+    assert!((curves.components[0].length - extrapolated).abs() < 1e-6);
+    assert!((extrapolated - 20.643).abs() < 5e-4, "{extrapolated}");
+}
+
+#[test]
+fn what_is_no_curve_is_refused() {
+    let refused = |text: &str, dimension| {
+        let found = trace(text, &options(cube(dimension, 2.0), 100));
+        assert!(matches!(found, Err(SampleError::NoCurve { .. })), "{text}: {found:?}");
+    };
+    // A square, which does not change its sign; a region; surfaces that touch along a circle or in
+    // a point, and that coincide.
+    refused("field f(x, y) = (x^2 + y^2 - 1)^2", 2);
+    refused("field f(x, y) = max(x^2 + y^2 - 1, 0)", 2);
+    refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x^2 + y^2 - 1]", 3);
+    refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, z - 1]", 3);
+    refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x^2 + y^2 + z^2 - 1]", 3);
+    // Where there is nothing, that is proven.
+    for text in ["field f(x, y) = x^2 + y^2 + 1", "field f(x, y, z) = [z - 1, z + x^2]"] {
+        let dimension = compiled(text)[0].dimension();
+        let outcome = trace(text, &options(cube(dimension, 2.0), 100)).unwrap();
+        assert!(outcome.samples.positions.is_empty() && curves(&outcome).proven, "{text}");
+    }
+}
+
+#[test]
+fn options_that_do_not_fit_are_refused() {
+    let text = "field f(x, y) = x^2 + y^2 - 1";
+    let close = Options {
+        spacing: Some(1e-9),
+        count: None,
+        ..options(cube(2, 1.5), 1)
+    };
+    assert!(matches!(trace(text, &close), Err(SampleError::TooMany { .. })));
+    let line = field(1, |p| (p.x, DVec3::X));
+    let error = sample(&line, &options(cube(1, 1.0), 1), &Silent).unwrap_err();
+    assert!(error.to_string().contains("kinematic"), "{error}");
+    let fields = compiled("field f(x, y, z) = [x, y]");
+    let floaters = Options::default();
+    let error = sample_curve([&fields[0], &fields[1]], &floaters, &Silent).unwrap_err();
+    assert!(error.to_string().contains("\"trace\""), "{error}");
+    let unbounded = Options {
+        bounds: None,
+        ..options(cube(2, 1.0), 10)
+    };
+    let error = trace("field f(x, y) = x - y", &unbounded).unwrap_err();
+    assert!(matches!(error, SampleError::Option { option: "bounds", .. }), "{error}");
+    // Without bounds, those that hold all of the curve are found.
+    let outcome = trace("field f(x, y) = (x - 7)^2 + y^2 - 1", &unbounded).unwrap();
+    assert!((lengths(&outcome)[0] - TAU).abs() < 1e-8);
+}
+
+#[test]
+fn fields_of_which_nothing_can_be_enclosed_start_from_a_grid() {
+    let circle = field(2, |p| (p.length_squared() - 1.0, 2.0 * p));
+    let outcome = sample(&circle, &options(cube(2, 1.5), 100), &Silent).unwrap();
+    assert!((lengths(&outcome)[0] - TAU).abs() < 1e-8);
+    assert!(!curves(&outcome).proven);
+    let sphere = field(3, |p| (p.length_squared() - 1.0, 2.0 * p));
+    let plane = field(3, |p| (p.z - 0.2, DVec3::Z));
+    let outcome = sample_curve([&sphere, &plane], &options(cube(3, 1.5), 100), &Silent).unwrap();
+    assert!((lengths(&outcome)[0] - TAU * 0.96_f64.sqrt()).abs() < 1e-8);
+    // Half of it is NaN: an open curve, no points beyond.
+    let half = field(2, |p| {
+        let value = if p.x < 0.0 { f64::NAN } else { p.length_squared() - 1.0 };
+        (value, 2.0 * p)
+    });
+    let outcome = sample(&half, &options(cube(2, 1.5), 100), &Silent).unwrap();
+    assert!((lengths(&outcome)[0] - PI).abs() < 1e-5);
+    assert!(outcome.samples.positions.iter().all(|point| point.x >= 0.0));
+    assert_eq!(curves(&outcome).ends, 2);
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_a_bit() {
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let text = "field f(x, y, z) = [x^2 + y^2 + z^2 - 4, (x - 1)^2 + y^2 - 1]";
+        let work = || trace(text, &options(cube(3, 2.5), 300)).unwrap();
+        let outcome = pool.build().unwrap().install(work);
+        let points = outcome.samples.positions.iter();
+        let bits: Vec<[u64; 3]> = points.map(|point| point.to_array().map(f64::to_bits)).collect();
+        (bits, outcome.statistics)
+    };
+    let [one, two, four] = [1, 2, 4].map(run);
+    assert!(one == two && one == four);
+}
