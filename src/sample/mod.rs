@@ -55,7 +55,7 @@ pub enum Method {
     /// avoids spurious attractors better.
     Dynamic,
     /// Continuation: along curves in R2, and in R3 those on which two fields vanish
-    /// ([`sample_curve`]), at exactly equal distances.
+    /// ([`sample_curve`]), at exactly equal distances; over surfaces, by a front of points.
     Trace,
 }
 
@@ -189,10 +189,10 @@ pub enum SampleError {
         /// A method that can.
         other: &'static str,
     },
-    /// Continuation found no regular point of the curve.
-    #[error("the zero set is not a curve that can be followed: {}", no_curve(*fields))]
+    /// Continuation found no regular point of the curve or surface.
+    #[error("the zero set cannot be followed: {}", no_curve(*fields))]
     NoCurve {
-        /// How many fields vanish on the curve: 1 in the plane, 2 in space.
+        /// How many fields vanish there: 2 on a curve in space, else 1.
         fields: usize,
     },
     /// The monitor asked to stop.
@@ -270,6 +270,7 @@ pub fn sample(
         Method::Floaters => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
         Method::Trace if dimension == 2 => trace::curve(&[field], options, monitor),
+        Method::Trace if dimension == 3 => trace::surface(field, options, monitor),
         Method::Trace => Err(SampleError::Method {
             method: options.method.name(),
             subject: "roots on a line",

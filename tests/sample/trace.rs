@@ -8,9 +8,7 @@ use imp::diagnostic::{Diagnostic, SourceId};
 use imp::engine::{CompiledField, Field, Monitor, Silent};
 use imp::geometry::Bounds;
 use imp::language::{Host, Limits, Mode, Session};
-use imp::sample::{
-    CurveStatistics, Method, Options, Outcome, SampleError, sample, sample_curve,
-};
+use imp::sample::{CurveStatistics, Method, Options, Outcome, SampleError, sample, sample_curve};
 use imp::syntax::parse;
 
 use crate::fields::{cube, field};
@@ -95,7 +93,10 @@ fn traced(text: &str, half: f64, expected: &[f64], closed: bool) -> Outcome {
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for (found, expected) in found.iter().zip(expected) {
         // The rule of the ninth degree is that good on steps that turn by a few degrees.
-        assert!((found - expected).abs() < 1e-8 * expected, "{found} {expected}");
+        assert!(
+            (found - expected).abs() < 1e-8 * expected,
+            "{found} {expected}"
+        );
     }
     let curves = curves(&outcome);
     assert!(curves.proven && curves.undecided == 0, "{curves:?}");
@@ -177,9 +178,16 @@ fn corners_and_cusps_are_passed() {
         let found = lengths(&outcome);
         assert_eq!(found.len(), 1, "{found:?}");
         // Of a cusp, a tip as short as the shortest step is cut off.
-        assert!((found[0] - expected).abs() < 1e-5, "{} {expected}", found[0]);
+        assert!(
+            (found[0] - expected).abs() < 1e-5,
+            "{} {expected}",
+            found[0]
+        );
         let curves = curves(&outcome);
-        assert!(curves.components[0].closed && curves.corners == corners, "{curves:?}");
+        assert!(
+            curves.components[0].closed && curves.corners == corners,
+            "{curves:?}"
+        );
     };
     near("field f(x, y) = max(abs(x), abs(y)) - 1", 8.0, 4);
     near("field f(x, y) = (x^2 + y^2 - 1)^3 + 27*x^2*y^2", 6.0, 4);
@@ -239,7 +247,12 @@ fn points_are_at_equal_distances() {
             let found = 2.0 * (0.5 * point.distance(next)).asin();
             assert!((found - arc).abs() < 1e-9 * arc, "{found} {arc}");
         }
-        for (tangent, normal) in outcome.samples.tangents.iter().zip(&outcome.samples.normals) {
+        for (tangent, normal) in outcome
+            .samples
+            .tangents
+            .iter()
+            .zip(&outcome.samples.normals)
+        {
             // The inside is on the left.
             assert!(tangent.cross(*normal).distance(DVec3::NEG_Z) < 1e-12);
         }
@@ -254,7 +267,12 @@ fn points_are_at_equal_distances() {
     // The parabola's arc length is s(x) = x √(1/4 + x²) + asinh(2x) / 4.
     let outcome = trace("field f(x, y) = y - x^2", &options(cube(2, 1.0), 50)).unwrap();
     let along = |x: f64| x * (0.25 + x * x).sqrt() + 0.25 * (2.0 * x).asinh();
-    let mut xs: Vec<f64> = outcome.samples.positions.iter().map(|point| point.x).collect();
+    let mut xs: Vec<f64> = outcome
+        .samples
+        .positions
+        .iter()
+        .map(|point| point.x)
+        .collect();
     xs.sort_by(f64::total_cmp);
     let gap = 2.0 * along(1.0) / 49.0;
     for pair in xs.windows(2) {
@@ -263,7 +281,11 @@ fn points_are_at_equal_distances() {
     // Of two components, each gets its part.
     let text = "field f(x, y) = (x^2 + y^2 - 1)*((x - 3)^2 + y^2 - 0.25)";
     let outcome = trace(text, &options(cube(2, 4.0), 300)).unwrap();
-    let right = outcome.samples.positions.iter().filter(|point| point.x > 2.0);
+    let right = outcome
+        .samples
+        .positions
+        .iter()
+        .filter(|point| point.x > 2.0);
     assert_eq!(right.count(), 100);
 }
 
@@ -277,7 +299,12 @@ fn curves_in_space_have_their_lengths() {
     let circle = "field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x + y + z - 0.5]";
     let radius = (1.0 - 0.25 / 3.0_f64).sqrt();
     let outcome = traced(circle, 1.5, &[TAU * radius], true);
-    for (point, tangent) in outcome.samples.positions.iter().zip(&outcome.samples.tangents) {
+    for (point, tangent) in outcome
+        .samples
+        .positions
+        .iter()
+        .zip(&outcome.samples.tangents)
+    {
         let outward = *point - DVec3::splat(0.5 / 3.0);
         assert!(tangent.dot(outward).abs() < 1e-12 && tangent.dot(DVec3::ONE).abs() < 1e-12);
     }
@@ -300,9 +327,19 @@ fn the_trefoil_is_one_closed_curve() {
     assert!(curves.proven && curves.components.len() == 1 && curves.components[0].closed);
     // The chords of inscribed polygons, extrapolated: their defect falls with the square.
     let chords = |every: usize| {
-        let points: Vec<DVec3> = outcome.samples.positions.iter().copied().step_by(every).collect();
+        let points: Vec<DVec3> = outcome
+            .samples
+            .positions
+            .iter()
+            .copied()
+            .step_by(every)
+            .collect();
         let next = points.iter().cycle().skip(1);
-        points.iter().zip(next).map(|(one, other)| one.distance(*other)).sum::<f64>()
+        points
+            .iter()
+            .zip(next)
+            .map(|(one, other)| one.distance(*other))
+            .sum::<f64>()
     };
     let extrapolated = (4.0 * chords(1) - chords(2)) / 3.0;
     assert!((curves.components[0].length - extrapolated).abs() < 1e-6);
@@ -313,7 +350,10 @@ fn the_trefoil_is_one_closed_curve() {
 fn what_is_no_curve_is_refused() {
     let refused = |text: &str, dimension| {
         let found = trace(text, &options(cube(dimension, 2.0), 100));
-        assert!(matches!(found, Err(SampleError::NoCurve { .. })), "{text}: {found:?}");
+        assert!(
+            matches!(found, Err(SampleError::NoCurve { .. })),
+            "{text}: {found:?}"
+        );
     };
     // A square, which does not change its sign; a region; surfaces that touch along a circle or in
     // a point, and that coincide.
@@ -321,12 +361,21 @@ fn what_is_no_curve_is_refused() {
     refused("field f(x, y) = max(x^2 + y^2 - 1, 0)", 2);
     refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x^2 + y^2 - 1]", 3);
     refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, z - 1]", 3);
-    refused("field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x^2 + y^2 + z^2 - 1]", 3);
+    refused(
+        "field f(x, y, z) = [x^2 + y^2 + z^2 - 1, x^2 + y^2 + z^2 - 1]",
+        3,
+    );
     // Where there is nothing, that is proven.
-    for text in ["field f(x, y) = x^2 + y^2 + 1", "field f(x, y, z) = [z - 1, z + x^2]"] {
+    for text in [
+        "field f(x, y) = x^2 + y^2 + 1",
+        "field f(x, y, z) = [z - 1, z + x^2]",
+    ] {
         let dimension = compiled(text)[0].dimension();
         let outcome = trace(text, &options(cube(dimension, 2.0), 100)).unwrap();
-        assert!(outcome.samples.positions.is_empty() && curves(&outcome).proven, "{text}");
+        assert!(
+            outcome.samples.positions.is_empty() && curves(&outcome).proven,
+            "{text}"
+        );
     }
 }
 
@@ -338,7 +387,10 @@ fn options_that_do_not_fit_are_refused() {
         count: None,
         ..options(cube(2, 1.5), 1)
     };
-    assert!(matches!(trace(text, &close), Err(SampleError::TooMany { .. })));
+    assert!(matches!(
+        trace(text, &close),
+        Err(SampleError::TooMany { .. })
+    ));
     let line = field(1, |p| (p.x, DVec3::X));
     let error = sample(&line, &options(cube(1, 1.0), 1), &Silent).unwrap_err();
     assert!(error.to_string().contains("kinematic"), "{error}");
@@ -351,7 +403,16 @@ fn options_that_do_not_fit_are_refused() {
         ..options(cube(2, 1.0), 10)
     };
     let error = trace("field f(x, y) = x - y", &unbounded).unwrap_err();
-    assert!(matches!(error, SampleError::Option { option: "bounds", .. }), "{error}");
+    assert!(
+        matches!(
+            error,
+            SampleError::Option {
+                option: "bounds",
+                ..
+            }
+        ),
+        "{error}"
+    );
     // Without bounds, those that hold all of the curve are found.
     let outcome = trace("field f(x, y) = (x - 7)^2 + y^2 - 1", &unbounded).unwrap();
     assert!((lengths(&outcome)[0] - TAU).abs() < 1e-8);
@@ -369,7 +430,11 @@ fn fields_of_which_nothing_can_be_enclosed_start_from_a_grid() {
     assert!((lengths(&outcome)[0] - TAU * 0.96_f64.sqrt()).abs() < 1e-8);
     // Half of it is NaN: an open curve, no points beyond.
     let half = field(2, |p| {
-        let value = if p.x < 0.0 { f64::NAN } else { p.length_squared() - 1.0 };
+        let value = if p.x < 0.0 {
+            f64::NAN
+        } else {
+            p.length_squared() - 1.0
+        };
         (value, 2.0 * p)
     });
     let outcome = sample(&half, &options(cube(2, 1.5), 100), &Silent).unwrap();
@@ -386,7 +451,9 @@ fn the_number_of_threads_does_not_change_a_bit() {
         let work = || trace(text, &options(cube(3, 2.5), 300)).unwrap();
         let outcome = pool.build().unwrap().install(work);
         let points = outcome.samples.positions.iter();
-        let bits: Vec<[u64; 3]> = points.map(|point| point.to_array().map(f64::to_bits)).collect();
+        let bits: Vec<[u64; 3]> = points
+            .map(|point| point.to_array().map(f64::to_bits))
+            .collect();
         (bits, outcome.statistics)
     };
     let [one, two, four] = [1, 2, 4].map(run);

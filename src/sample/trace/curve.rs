@@ -170,7 +170,7 @@ impl Walker<'_> {
                         steps.extend(over);
                         continue;
                     }
-                    None => return (steps, End::Inside),
+                    None => return self.dead_end(start, &here, steps),
                 }
             };
             if let Some(last) = self.closing(start, &here, &taken.step, steps.len()) {
@@ -201,6 +201,17 @@ impl Walker<'_> {
         }
         events.unfinished += 1;
         (steps, End::Limit)
+    }
+
+    /// The end of a walk that does not go on: closed if the start is what is behind the corner.
+    fn dead_end(&self, start: &Place, here: &Place, mut steps: Vec<Step>) -> (Vec<Step>, End) {
+        let apart = here.position.distance(start.position);
+        let near = 8.0 * PROBE * SHORTEST * self.system.diagonal;
+        if steps.len() < 3 || apart > near || apart == 0.0 {
+            return (steps, End::Inside);
+        }
+        steps.extend(straight_over(here, start));
+        (steps, End::Closed)
     }
 
     /// The longest step that is accepted, at most so long; `None` if none is.
@@ -433,11 +444,7 @@ impl Walker<'_> {
             .max_by(|one, other| ahead(one).total_cmp(&ahead(other)))?;
         let local = self.system.local(best)?;
         let to = Place::along(best, local, best - centre)?;
-        let mut over = vec![centre];
-        over.extend(meeting(here, &to));
-        over.push(best);
-        let steps = over.windows(2).map(|pair| Step::straight(pair[0], pair[1]));
-        Some((steps.collect(), to))
+        Some((straight_over(here, &to), to))
     }
 
     /// Where the walk entered the sphere.
@@ -488,6 +495,15 @@ impl Walker<'_> {
         }
         found
     }
+}
+
+/// Straight steps from one place to another, over the corner between them if there is one.
+fn straight_over(from: &Place, to: &Place) -> Vec<Step> {
+    let mut over = vec![from.position];
+    over.extend(meeting(from, to));
+    over.push(to.position);
+    let pairs = over.windows(2);
+    pairs.map(|pair| Step::straight(pair[0], pair[1])).collect()
 }
 
 /// The corner in which the tangents at two places meet, the first ahead and the second behind; none

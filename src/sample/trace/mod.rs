@@ -2,14 +2,17 @@
 //!
 //! In reading order: the equations of a curve and Newton's steps (`system`), a step and the arc
 //! length of it (`step`), what intervals prove (`proof`), the walk (`curve`), where walks begin so
-//! that no component is missed (`starts`), and points at equal distances (`spread`).
+//! that no component is missed (`starts`), and points at equal distances (`spread`). Surfaces: `surface`.
 
 mod curve;
 mod proof;
 mod spread;
 mod starts;
 mod step;
+mod surface;
 mod system;
+
+pub(super) use self::surface::surface;
 
 use glam::DVec3;
 

@@ -18,7 +18,8 @@ use super::curve::{End, Events, Walker};
 use super::proof::{Cell, Known, enclose, miss_each_other, reaches};
 use super::step::{Place, Step};
 use super::system::Condition;
-use crate::engine::{CompiledField, Monitor};
+use crate::engine::{CompiledField, Field, Monitor};
+use crate::geometry::Bounds;
 use crate::graph::Interval;
 
 /// The box in which the curve is to be a graph is so many times as large as the cell: with 3, a
@@ -335,67 +336,75 @@ impl Search<'_> {
 
     /// Starts walks from the cells of a grid on whose corners all fields change their sign.
     fn grid(&mut self, monitor: &dyn Monitor) -> Option<()> {
-        let bounds = self.walker.bounds;
-        let dimension = self.walker.system.dimension;
-        let along = if dimension == 2 { GRID.0 } else { GRID.1 };
-        let side = bounds.size().max_element() / along as f64;
-        let counts = [0, 1, 2].map(|axis| {
-            let cells = (bounds.size()[axis] / side).ceil().max(1.0);
-            if axis < dimension { cells as usize } else { 0 }
-        });
-        let step = DVec3::from_array([0, 1, 2].map(|axis| match counts[axis] {
-            0 => 0.0,
-            count => bounds.size()[axis] / count as f64,
-        }));
-        let signs = self.signs(counts, step);
-        let layers = counts[2].max(1);
-        for z in 0..layers {
+        let system = self.walker.system;
+        let along = if system.dimension == 2 {
+            GRID.0
+        } else {
+            GRID.1
+        };
+        let (cells, evaluations) = crossed_cells(&system.fields, &self.walker.bounds, along);
+        system.count(evaluations);
+        for batch in cells.chunks(BATCH) {
             if monitor.cancelled() {
                 return None;
             }
-            monitor.progress("cover", z as f64 / layers as f64);
-            for y in 0..counts[1] {
-                for x in 0..counts[0] {
-                    let at = [x, y, z];
-                    if signs.iter().all(|signs| changes(signs, counts, at)) {
-                        let low = bounds.min + step * DVec3::new(x as f64, y as f64, z as f64);
-                        let cell = Cell {
-                            low,
-                            high: low + step,
-                        };
-                        self.try_cell(&cell, &cell.scaled(AROUND));
-                    }
-                }
+            for cell in batch {
+                self.try_cell(cell, &cell.scaled(AROUND));
             }
         }
         Some(())
     }
+}
 
-    /// For each field, whether it is positive at the points of a grid; `None` where undefined.
-    fn signs(&self, counts: [usize; 3], step: DVec3) -> Vec<Vec<Option<bool>>> {
-        let system = self.walker.system;
-        let min = self.walker.bounds.min;
-        let mut columns: [Vec<f64>; 3] = Default::default();
-        for z in 0..=counts[2] {
-            for y in 0..=counts[1] {
-                for x in 0..=counts[0] {
-                    let point = min + step * DVec3::new(x as f64, y as f64, z as f64);
-                    for (column, coordinate) in columns.iter_mut().zip(point.to_array()) {
-                        column.push(coordinate);
-                    }
+/// The cells of a grid, so many along the longest side of the box, on whose corners all fields change
+/// their sign; and what that cost.
+pub(super) fn crossed_cells(
+    fields: &[&dyn Field],
+    bounds: &Bounds,
+    along: usize,
+) -> (Vec<Cell>, u64) {
+    let side = bounds.size().max_element() / along as f64;
+    let counts = [0, 1, 2].map(|axis| match axis < bounds.dimension {
+        true => (bounds.size()[axis] / side).ceil().max(1.0) as usize,
+        false => 0,
+    });
+    let step = DVec3::from_array([0, 1, 2].map(|axis| match counts[axis] {
+        0 => 0.0,
+        count => bounds.size()[axis] / count as f64,
+    }));
+    let at =
+        |x: usize, y: usize, z: usize| bounds.min + step * DVec3::new(x as f64, y as f64, z as f64);
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    for z in 0..=counts[2] {
+        for y in 0..=counts[1] {
+            for x in 0..=counts[0] {
+                for (column, coordinate) in columns.iter_mut().zip(at(x, y, z).to_array()) {
+                    column.push(coordinate);
                 }
             }
         }
-        let columns = columns.each_ref().map(|column| &column[..]);
-        let values_of = |field: &&dyn crate::engine::Field| {
-            let mut values = vec![0.0; columns[0].len()];
-            field.values(&columns[..system.dimension], &mut values);
-            system.count(values.len() as u64);
-            let sign = |value: f64| (!value.is_nan()).then_some(value > 0.0);
-            values.into_iter().map(sign).collect()
-        };
-        system.fields.iter().map(values_of).collect()
     }
+    let columns = columns.each_ref().map(|column| &column[..]);
+    let signs_of = |field: &&dyn Field| {
+        let mut values = vec![0.0; columns[0].len()];
+        field.values(&columns[..bounds.dimension], &mut values);
+        let sign = |value: f64| (!value.is_nan()).then_some(value > 0.0);
+        values.into_iter().map(sign).collect()
+    };
+    let signs: Vec<Vec<Option<bool>>> = fields.iter().map(signs_of).collect();
+    let mut cells = Vec::new();
+    for z in 0..counts[2].max(1) {
+        for y in 0..counts[1] {
+            for x in 0..counts[0] {
+                if signs.iter().all(|signs| changes(signs, counts, [x, y, z])) {
+                    let low = at(x, y, z);
+                    let high = low + step;
+                    cells.push(Cell { low, high });
+                }
+            }
+        }
+    }
+    (cells, (fields.len() * columns[0].len()) as u64)
 }
 
 /// Whether signs differ among the corners of a cell, which must all be known.
