@@ -32,7 +32,7 @@ use glam::DVec3;
 use super::newton::{Point, Polish, polish};
 use super::random::Stream;
 use super::statistics::{Dropped, Statistics, Tally};
-use super::{Options, Outcome, SampleError, out_of_range};
+use super::{Options, Outcome, SampleError, Varying, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use balance::{number_for, spacing_for};
@@ -69,6 +69,10 @@ const ROUND_STEPS: u32 = 16;
 
 /// A number this close to the one that fits the spacing is left alone.
 const NEAR_ENOUGH: f64 = 0.004;
+
+/// Where the spacing varies, repulsion carries floaters to where they are missing, but slowly:
+/// if more than this part of them is misplaced, they die and others are born.
+const MISPLACED: f64 = 0.01;
 
 /// Equilibrium: the root mean square step of the floaters, in radii, on smooth parts of the
 /// surface and on creases.
@@ -172,7 +176,10 @@ impl Run<'_> {
             2 => (DEFAULT_COUNT.1, COARSE.1),
             _ => (DEFAULT_COUNT.0, COARSE.0),
         };
-        let goal = match (self.options.spacing, self.options.count) {
+        self.weigh_seeds(seeds)?;
+        let mean = self.population.wanted.map(|(_, mean)| mean);
+        let goal = match (self.options.spacing.or(mean), self.options.count) {
+            (Some(_), Some(count)) => Goal::Count(count),
             (Some(spacing), _) => Goal::Spacing(spacing),
             (None, count) => Goal::Count(count.unwrap_or(default_count)),
         };
@@ -185,6 +192,7 @@ impl Run<'_> {
         };
         let seed = |&seed: &Point| Floater::at_rest(seed, radius);
         self.population.floaters = seeds.iter().map(seed).collect();
+        self.population.level(radius);
         self.thin_seeds();
         self.populate(radius)?;
         let area = self.population.measure();
@@ -220,6 +228,26 @@ impl Run<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// Learns the mean of the wanted spacing, which must be a positive number at every seed.
+    fn weigh_seeds(&mut self, seeds: &[Point]) -> Result<(), SampleError> {
+        let Some(Varying(wanted)) = &self.options.varying else {
+            return Ok(());
+        };
+        let mut sum = 0.0;
+        for seed in seeds {
+            let spacing = wanted.value(seed.position);
+            if !(spacing > 0.0 && spacing.is_finite()) {
+                let place = &seed.position.to_array()[..self.population.bounds.dimension];
+                let found = format!("{spacing} at {place:?}");
+                let expected = "greater than 0 and finite everywhere on the zero set";
+                return Err(out_of_range("spacing", expected, found));
+            }
+            sum += spacing;
+        }
+        self.population.wanted = Some((&**wanted, sum / seeds.len() as f64));
+        Ok(())
     }
 
     /// Of seeds closer than a spacing one is enough; the earlier one stays.
@@ -284,10 +312,16 @@ impl Run<'_> {
             self.population.meet();
             let merged = self.population.merge();
             self.deaths += merged as u64;
-            if merged == 0 && round > 0 && difference.abs() <= near_enough {
+            let misplaced = self.population.misplaced();
+            let well_placed = misplaced <= MISPLACED * target;
+            if merged == 0 && round > 0 && difference.abs() <= near_enough && well_placed {
                 return Ok(true);
             }
             self.population.meet();
+            if !well_placed && round + 1 < ROUNDS {
+                self.deaths += self.population.remove(misplaced as usize) as u64;
+                self.population.meet();
+            }
             let difference = target - self.population.floaters.len() as f64;
             if difference > 0.0 {
                 self.births += self.population.add(difference as usize) as u64;

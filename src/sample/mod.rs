@@ -32,6 +32,9 @@ mod trace;
 pub use statistics::{CurveComponent, CurveStatistics, Dropped, Proof, Statistics};
 pub use thin::{Keep, thin};
 
+use std::fmt;
+use std::sync::Arc;
+
 use glam::DVec3;
 use thiserror::Error;
 
@@ -96,6 +99,8 @@ pub struct Options {
     /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
     /// pattern with as many points on the same area. Other methods know no spacing.
     pub spacing: Option<f64>,
+    /// The spacing of floaters as a function of the place. With a count only its ratios matter.
+    pub varying: Option<Varying>,
     /// Where floaters start, instead of seeds on every component: points near the zero set, from
     /// which they spread over the components that these lie on.
     pub seeds: Vec<DVec3>,
@@ -118,6 +123,24 @@ pub struct Options {
     pub search_limit: u32,
 }
 
+/// The spacing that is wanted at each point, as the value of a field of as many coordinates as
+/// the one that is sampled.
+#[derive(Clone)]
+pub struct Varying(pub Arc<dyn Field>);
+
+impl fmt::Debug for Varying {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Varying")
+    }
+}
+
+/// The same field, not an equal one.
+impl PartialEq for Varying {
+    fn eq(&self, other: &Varying) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 impl Options {
     /// The largest number of particles, unless more are allowed: their points take about a gigabyte.
     pub const MOST: u64 = 10_000_000;
@@ -130,6 +153,7 @@ impl Default for Options {
             count: None,
             count_limit: Options::MOST,
             spacing: None,
+            varying: None,
             seeds: Vec::new(),
             seed: 0,
             bounds: None,
@@ -418,6 +442,9 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if options.count.is_some() {
             return range("spacing", "left out where `count` is given", &spacing);
         }
+    }
+    if options.varying.is_some() && options.method != Method::Floaters {
+        return range("spacing", "a number with this method", &"a function");
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);

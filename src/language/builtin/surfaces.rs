@@ -1,6 +1,7 @@
 //! Samplers, polygonizers and measures as functions of the language.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -15,7 +16,7 @@ use crate::language::product::{self, CurveSet, MeshSet, SampleSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use crate::polygonize::{self, PolygonizeError};
-use crate::sample::{self, Method, SampleError};
+use crate::sample::{self, Method, SampleError, Varying};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -339,9 +340,14 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         bounds,
         count: arguments.count(session, "count")?,
         count_limit: session.limits.particles,
-        spacing: arguments.positive(session, "spacing")?,
         ..sample::Options::default()
     };
+    match arguments.given("spacing").map(|given| given.value.clone()) {
+        Some(spacing @ (Value::Field(_) | Value::Function(_))) => {
+            options.varying = Some(varying(session, arguments, spacing, field.dimension())?);
+        }
+        _ => options.spacing = arguments.positive(session, "spacing")?,
+    }
     if let Some(seed) = arguments.count(session, "seed")? {
         options.seed = seed;
     }
@@ -379,6 +385,35 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     warn_about_samples(session, arguments, &statistics);
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
+}
+
+/// A spacing that is a field, or a function of a point or of coordinates.
+fn varying(
+    session: &mut Session,
+    arguments: &Arguments,
+    spacing: Value,
+    dimension: usize,
+) -> Outcome<Varying> {
+    let place = arguments.place("spacing");
+    let field = match spacing {
+        Value::Field(field) => field,
+        Value::Function(function) => {
+            let as_point = function.parameter_count() == 1 && dimension > 1;
+            session.function_as_field(&function, dimension, as_point, place)?
+        }
+        other => return Err(arguments.expected("a number or a function", "spacing", &other)),
+    };
+    if field.dimension() != dimension {
+        let message = format!(
+            "`spacing` has {} coordinates, but the field has {dimension}",
+            field.dimension()
+        );
+        return Err(arguments.bad("spacing", message));
+    }
+    let compiled = field
+        .compiled(&mut session.graph, session.parameters.values())
+        .at(place, "this spacing")?;
+    Ok(Varying(Arc::new(compiled)))
 }
 
 /// The points that a list of lists of numbers, or a sample, stands for.
