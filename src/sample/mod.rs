@@ -97,7 +97,8 @@ pub struct Options {
     /// The largest number of particles.
     pub count_limit: u64,
     /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
-    /// pattern with as many points on the same area. Other methods know no spacing.
+    /// pattern with as many points on the same area; or that between points of continuation, on
+    /// closed curves rounded to a part of the length. Other methods know no spacing.
     pub spacing: Option<f64>,
     /// The spacing of floaters as a function of the place. With a count only its ratios matter.
     pub varying: Option<Varying>,
@@ -442,6 +443,9 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if options.count.is_some() {
             return range("spacing", "left out where `count` is given", &spacing);
         }
+    }
+    if !options.seeds.is_empty() && options.method == Method::Trace {
+        return range("seeds", "left out with this method", &"given");
     }
     if options.varying.is_some() && options.method != Method::Floaters {
         return range("spacing", "a number with this method", &"a function");

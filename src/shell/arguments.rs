@@ -214,10 +214,11 @@ pub(super) struct Mesh {
 pub(super) struct Sample {
     #[command(flatten)]
     pub(super) subject: Subject,
-    /// The method: floaters (evenly spread), kinematic or dynamic (random)
+    /// The method: floaters (evenly spread), kinematic or dynamic (random), trace (from point to
+    /// point)
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// The distance between neighbouring floaters
+    /// The distance between neighbouring floaters or traced points
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) spacing: Option<String>,
     /// How many floaters, or how many other particles are released

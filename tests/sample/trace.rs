@@ -176,7 +176,7 @@ fn corners_and_cusps_are_passed() {
     let near = |text: &str, expected: f64, corners: u64| {
         let outcome = trace(text, &options(cube(2, 2.5), 100)).unwrap();
         let found = lengths(&outcome);
-        assert_eq!(found.len(), 1, "{found:?}");
+        assert_eq!(found.len(), 1, "{text}: {found:?}");
         // Of a cusp, a tip as short as the shortest step is cut off.
         assert!(
             (found[0] - expected).abs() < 1e-5,
@@ -445,9 +445,8 @@ fn fields_of_which_nothing_can_be_enclosed_start_from_a_grid() {
 
 #[test]
 fn the_number_of_threads_does_not_change_a_bit() {
-    let run = |threads| {
+    let run = |text: &str, threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let text = "field f(x, y, z) = [x^2 + y^2 + z^2 - 4, (x - 1)^2 + y^2 - 1]";
         let work = || trace(text, &options(cube(3, 2.5), 300)).unwrap();
         let outcome = pool.build().unwrap().install(work);
         let points = outcome.samples.positions.iter();
@@ -456,6 +455,142 @@ fn the_number_of_threads_does_not_change_a_bit() {
             .collect();
         (bits, outcome.statistics)
     };
-    let [one, two, four] = [1, 2, 4].map(run);
-    assert!(one == two && one == four);
+    for text in [
+        "field f(x, y, z) = [x^2 + y^2 + z^2 - 4, (x - 1)^2 + y^2 - 1]",
+        "field f(x, y, z) = x^2 + y^2 + 2*z^2 - 1",
+    ] {
+        let [one, two, four] = [1, 2, 4].map(|threads| run(text, threads));
+        assert!(one == two && one == four, "{text}");
+    }
+}
+
+/// The nearest-neighbour distances, in spacings of the hexagonal pattern of as many points on the
+/// area: least and mean.
+fn evenness(points: &[DVec3], area: f64) -> (f64, f64) {
+    let ideal = (2.0 * area / (3.0_f64.sqrt() * points.len() as f64)).sqrt();
+    let nearest = |point: &DVec3| {
+        let others = points.iter().filter(|other| *other != point);
+        let distances = others.map(|other| other.distance(*point));
+        distances.fold(f64::INFINITY, f64::min) / ideal
+    };
+    let found: Vec<f64> = points.iter().map(nearest).collect();
+    let least = found.iter().copied().fold(f64::INFINITY, f64::min);
+    (least, found.iter().sum::<f64>() / found.len() as f64)
+}
+
+#[test]
+fn fronts_cover_surfaces_evenly() {
+    let torus = "field f(x, y, z) = (sqrt(x^2 + y^2) - 1)^2 + z^2 - 0.09";
+    for (text, area) in [
+        ("field f(x, y, z) = x^2 + y^2 + z^2 - 1", 4.0 * PI),
+        (torus, 4.0 * PI * PI * 0.3),
+    ] {
+        let outcome = trace(text, &options(cube(3, 1.5), 1000)).unwrap();
+        let points = &outcome.samples.positions;
+        assert!(outcome.statistics.converged && points.len().abs_diff(1000) <= 10);
+        assert!(outcome.statistics.max_residual < 1e-14);
+        assert_eq!(outcome.statistics.proof.unwrap().left, 0);
+        // Random points have 0.003 and 0.46, Poisson disks at best 0.77 and 0.82.
+        let (least, mean) = evenness(points, area);
+        assert!(least > 0.7 && mean > 0.88, "{least} {mean}");
+    }
+    // No hole has room for another point.
+    let ball = "field f(x, y, z) = x^2 + y^2 + z^2 - 1";
+    let spaced = Options {
+        spacing: Some(0.1),
+        count: None,
+        ..options(cube(3, 1.5), 1)
+    };
+    let outcome = trace(ball, &spaced).unwrap();
+    for number in 0..4000 {
+        let z = 1.0 - (f64::from(number) + 0.5) / 2000.0;
+        let (sine, cosine) = (2.399_963 * f64::from(number)).sin_cos();
+        let ring = (1.0 - z * z).sqrt();
+        let place = DVec3::new(ring * cosine, ring * sine, z);
+        let distances = outcome
+            .samples
+            .positions
+            .iter()
+            .map(|point| point.distance(place));
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        assert!(nearest < 0.1, "{nearest} at {place}");
+    }
+}
+
+#[test]
+fn fronts_reach_every_component_and_keep_sheets_apart() {
+    let text = "field f(x, y, z) = min(x^2 + y^2 + z^2 - 1, norm([x - 1.5, y - 1.5, z]) - 0.05)";
+    let outcome = trace(text, &options(cube(3, 2.0), 500)).unwrap();
+    let small = outcome
+        .samples
+        .positions
+        .iter()
+        .filter(|point| point.x + point.y > 2.5);
+    assert!(small.count() >= 1);
+    // Both sides of a plate that is thinner than the spacing, up to the box.
+    let outcome = trace(
+        "field f(x, y, z) = abs(z - 0.1) - 0.01",
+        &options(cube(3, 1.0), 500),
+    )
+    .unwrap();
+    let points = &outcome.samples.positions;
+    let upper = points.iter().filter(|point| point.z > 0.1).count();
+    assert!((200..300).contains(&upper), "{upper} of {}", points.len());
+    let on_border = points
+        .iter()
+        .filter(|point| point.abs().max_element() == 1.0);
+    // Spacing about 0.13: 120 would fit along both borders.
+    let on_border = on_border.count();
+    assert!(on_border > 40, "{on_border}");
+    // A cube: no point piles up on an edge.
+    let outcome = trace(
+        "field f(x, y, z) = max(abs(x), abs(y), abs(z)) - 1",
+        &options(cube(3, 1.5), 1000),
+    );
+    let (least, mean) = evenness(&outcome.unwrap().samples.positions, 24.0);
+    assert!(least > 0.6 && mean > 0.8, "{least} {mean}");
+}
+
+#[test]
+fn fronts_refuse_what_they_cannot_cover() {
+    let singular = trace(
+        "field f(x, y, z) = (x^2 + y^2 + z^2 - 1)^2",
+        &options(cube(3, 2.0), 100),
+    );
+    assert!(
+        matches!(singular, Err(SampleError::NoCurve { fields: 1 })),
+        "{singular:?}"
+    );
+    let empty = trace(
+        "field f(x, y, z) = x^2 + y^2 + z^2 + 1",
+        &options(cube(3, 2.0), 100),
+    )
+    .unwrap();
+    assert!(empty.samples.positions.is_empty() && empty.statistics.proof.unwrap().left == 0);
+    let close = Options {
+        spacing: Some(1e-6),
+        count: None,
+        count_limit: 1000,
+        ..options(cube(3, 1.5), 1)
+    };
+    let text = "field f(x, y, z) = x^2 + y^2 + z^2 - 1";
+    let found = trace(text, &close);
+    assert!(matches!(found, Err(SampleError::TooMany { count, .. }) if count > 1_000_000_000_000));
+    // Nothing can be enclosed, and half of it is not a number.
+    let half = field(3, |p| {
+        let value = if p.x < 0.0 {
+            f64::NAN
+        } else {
+            p.length_squared() - 1.0
+        };
+        (value, 2.0 * p)
+    });
+    let outcome = sample(&half, &options(cube(3, 1.5), 300), &Silent).unwrap();
+    let points = &outcome.samples.positions;
+    assert!(points.len().abs_diff(300) <= 3 && outcome.statistics.proof.is_none());
+    assert!(
+        points
+            .iter()
+            .all(|point| point.x >= 0.0 && (point.length() - 1.0).abs() < 1e-12)
+    );
 }

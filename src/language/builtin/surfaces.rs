@@ -47,7 +47,7 @@ pub(super) const TABLE: &[Builtin] = &[
             "tolerance = 1e-9",
             "friction = 0.05",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. The box is `bounds`, or what `over` says, or, for floaters, one that provably holds the whole zero set; without any the surface is searched for.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. The box is `bounds`, or what `over` says, or, for floaters and \"trace\", one that provably holds the whole zero set; without any the surface is searched for.",
         sample,
     ),
     action(

@@ -207,10 +207,12 @@ impl Walker<'_> {
     fn dead_end(&self, start: &Place, here: &Place, mut steps: Vec<Step>) -> (Vec<Step>, End) {
         let apart = here.position.distance(start.position);
         let near = 8.0 * PROBE * SHORTEST * self.system.diagonal;
-        if steps.len() < 3 || apart > near || apart == 0.0 {
+        if steps.len() < 3 || apart > near {
             return (steps, End::Inside);
         }
-        steps.extend(straight_over(here, start));
+        if apart > 1e-12 * self.system.diagonal {
+            steps.extend(straight_over(here, start));
+        }
         (steps, End::Closed)
     }
 

@@ -51,7 +51,8 @@ impl Place {
     pub(super) fn along(position: DVec3, local: Local, along: DVec3) -> Option<Place> {
         let direction = local.direction();
         let size = direction.length();
-        if !(size > 1e-11) {
+        // NaN is no tangent either.
+        if size.is_nan() || size <= 1e-11 {
             return None;
         }
         let sign = 1.0_f64.copysign(direction.dot(along));

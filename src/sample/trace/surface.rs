@@ -62,6 +62,9 @@ const GRID: usize = 32;
 /// The most steps of Newton's method.
 const NEWTON_LIMIT: u32 = 24;
 
+/// Steps that are not shorter than the last one by this factor are errors of rounding.
+const STALLED: f64 = 0.9;
+
 /// Points between questions to the monitor.
 const CHUNK: usize = 1024;
 
@@ -377,7 +380,7 @@ impl Front<'_> {
             let shift = residual * value.signum() / squared * tangential;
             let size = shift.length();
             let rounding = 4e-16 * (self.bounds.diagonal() + position.abs().max_element());
-            let stalled = residual <= self.tolerance && size >= 0.5 * last;
+            let stalled = residual <= self.tolerance && size >= STALLED * last;
             if residual <= rounding || stalled {
                 return (normal != DVec3::ZERO).then_some(Vertex {
                     position,
@@ -387,7 +390,8 @@ impl Front<'_> {
             }
             position -= shift;
             // A singular place, or not this part of the surface.
-            if !(position.distance(start) <= reach) {
+            let moved = position.distance(start);
+            if moved.is_nan() || moved > reach {
                 return None;
             }
             last = size;

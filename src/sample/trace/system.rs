@@ -218,7 +218,7 @@ fn newton_step(local: &Local, position: DVec3, condition: Condition) -> Option<D
     let [a, b] = local.normals;
     let product = local.direction();
     let sine = product.length();
-    if !(sine > PARALLEL) {
+    if sine.is_nan() || sine <= PARALLEL {
         return None;
     }
     let (normal, offset) = match condition {
