@@ -302,9 +302,10 @@ impl Search<'_> {
             return false;
         };
         let mut events = std::mem::take(&mut self.traced.events);
+        let ends = events.ends.len();
         let known = |point: DVec3| is_old(&self.traced, walker, point);
         let (mut steps, end) = walker.walk(&place, &known, &mut events);
-        let closed = end == End::Closed;
+        let mut closed = end == End::Closed;
         let mut old = end == End::Old;
         if !closed && !old {
             let known = |point: DVec3| {
@@ -313,9 +314,14 @@ impl Search<'_> {
             };
             let (back, end) = walker.walk(&place.reversed(), &known, &mut events);
             old = end == End::Old;
+            // From a start in a corner, only one of the two ways leads along the curve.
+            closed = end == End::Closed && steps.is_empty();
             let mut all: Vec<Step> = back.iter().rev().map(Step::reversed).collect();
             all.append(&mut steps);
             steps = all;
+        }
+        if closed {
+            events.ends.truncate(ends);
         }
         self.traced.events = events;
         if old {
