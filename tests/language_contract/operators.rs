@@ -152,14 +152,21 @@ fn two_functions_in_space_are_a_curve() {
             "(knot*2)(2, 0, 5), (knot - [3, 5])(2, 0, 5)",
             "[6, 10] [0, 0]",
         ),
+        (
+            "len(sample(knot, bounds = -2..2, count = 7)), sample(knot, bounds = -2..2).method",
+            "7 trace",
+        ),
     ] {
         prints(&format!("{knot}print({expression})"), expected);
     }
-    for call in [
-        "sample(knot, bounds = -2..2)",
-        "polygonize(knot, bounds = -2..2)",
+    for (call, code) in [
+        ("polygonize(knot, bounds = -2..2)", "E0403"),
+        (
+            "sample(knot, bounds = -2..2, method = \"floaters\")",
+            "E0309",
+        ),
     ] {
-        fails(&format!("{knot}let x = {call}"), "E0403", "curve in space");
+        fails(&format!("{knot}let x = {call}"), code, "curve in space");
     }
 }
 
