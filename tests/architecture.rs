@@ -10,7 +10,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("graph", &["math"]),
     ("engine", &["graph", "math"]),
     ("geometry", &[]),
-    ("sample", &["engine", "geometry", "math"]),
+    ("sample", &["engine", "geometry", "graph", "math"]),
     ("polygonize", &["engine", "geometry"]),
     ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),

@@ -50,6 +50,7 @@ pub(super) fn samples() -> Samples {
         normals: (0..4).map(unit).collect(),
         radii: AWKWARD[..4].to_vec(),
         residuals: AWKWARD[5..].to_vec(),
+        weights: Vec::new(),
     }
 }
 

@@ -200,6 +200,17 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
     }),
+    shown("lines", |set| number(lines(set)?.drawn as f64)),
+    shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
+    shown("length_error", |set| {
+        in_plane(set, lines(set)?.area, |e| e.error)
+    }),
+    shown("area", |set| estimated_area(set, |e| e.value)),
+    shown("area_error", |set| estimated_area(set, |e| e.error)),
+    shown("volume", |set| in_space(set, lines(set)?.volume, |e| e.value)),
+    shown("volume_error", |set| {
+        in_space(set, lines(set)?.volume, |e| e.error)
+    }),
     hidden("points", |set| {
         Some(points(&set.samples.positions, set.samples.dimension))
     }),
@@ -212,6 +223,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
     hidden("residuals", |set| {
         Some(Value::numbers(set.samples.residuals.iter().copied()))
     }),
+    hidden("weights", |set| {
+        let weights = &set.samples.weights;
+        (!weights.is_empty()).then(|| Value::numbers(weights.iter().copied()))
+    }),
     hidden("spacing", |set| {
         set.spacing().and_then(|spacing| number(spacing.mean))
     }),
@@ -219,6 +234,29 @@ const SAMPLES: &[Property<SampleSet>] = &[
         Bounds::of_points(set.samples.dimension, set.samples.positions.iter().copied()).map(sides)
     }),
 ];
+
+/// What lines have told of samples.
+fn lines(set: &SampleSet) -> Option<&sample::Lines> {
+    set.statistics.as_ref()?.lines.as_ref()
+}
+
+type Part = fn(sample::Estimate) -> f64;
+
+fn in_plane(set: &SampleSet, estimate: Option<sample::Estimate>, part: Part) -> Option<Value> {
+    let estimate = estimate.filter(|_| set.samples.dimension == 2)?;
+    number(part(estimate))
+}
+
+fn in_space(set: &SampleSet, estimate: Option<sample::Estimate>, part: Part) -> Option<Value> {
+    let estimate = estimate.filter(|_| set.samples.dimension == 3)?;
+    number(part(estimate))
+}
+
+/// The area of a surface; that which a curve encloses.
+fn estimated_area(set: &SampleSet, part: Part) -> Option<Value> {
+    let lines = lines(set)?;
+    in_plane(set, lines.volume, part).or_else(|| in_space(set, lines.area, part))
+}
 
 const CURVES: &[Property<CurveSet>] = &[
     shown("method", |set| Some(Value::text(set.method))),
@@ -332,7 +370,10 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
     };
     let mut error = failure(Code::UnknownProperty, message).at(name.span, "not there");
     error.help = if known {
-        Some("it is only defined for closed and manifold results".into())
+        Some(match value {
+            Value::Samples(_) => "it is given by some methods only".into(),
+            _ => "it is only defined for closed and manifold results".into(),
+        })
     } else {
         match suggest::nearest(&name.text, names.iter().copied()) {
             Some(near) => Some(format!("did you mean `{near}`?")),

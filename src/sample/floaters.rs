@@ -22,7 +22,7 @@
 //! Limits: a component that attracts none of the particles is missed, and points on creases lie
 //! on either side rather than exactly on the edge.
 
-mod balance;
+pub(super) mod balance;
 mod fission;
 mod neighbours;
 mod population;
@@ -143,6 +143,7 @@ pub(super) fn floaters(
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
+        lines: None,
     };
     Ok(Outcome {
         samples,

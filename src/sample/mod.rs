@@ -12,22 +12,30 @@
 //! rule (`flight`), Newton's polish (`newton`), a release of particles from a box, through flight
 //! and polish (`release`), and the search for the right box (`search`).
 //! [`thin()`] makes a sample sparser and more even.
+//!
+//! Three methods work with lines, on which all roots are found (`lines`): points of random lines
+//! (`rays`), which tell area and volume too, points on the edges of a grid (`grid`), and blue noise,
+//! for which a dense sample by rays is thinned out (`poisson`).
 
 mod dynamic;
 mod evaluation;
 mod flight;
 mod floaters;
+mod grid;
 mod kinematic;
+mod lines;
 mod newton;
 mod particle;
+mod poisson;
 mod radii;
 mod random;
+mod rays;
 mod release;
 mod search;
 mod statistics;
 mod thin;
 
-pub use statistics::{Dropped, Statistics};
+pub use statistics::{Dropped, Estimate, Lines, Statistics};
 pub use thin::{Keep, thin};
 
 use glam::DVec3;
@@ -52,6 +60,14 @@ pub enum Method {
     /// Particles on which -sign(F) F_x acts as a force, with friction (Figueiredo and Gomes):
     /// avoids spurious attractors better.
     Dynamic,
+    /// The points in which random lines meet the surface: uniformly distributed, independent. For
+    /// fields in R2 and R3.
+    Rays,
+    /// The points in which the edges of a regular grid meet the surface. In R1 all roots.
+    Grid,
+    /// Random points none of which is close to another one: of many that random lines meet, those
+    /// that crowd are eliminated. For fields in R2 and R3.
+    Poisson,
 }
 
 impl Method {
@@ -60,7 +76,15 @@ impl Method {
         (Method::Floaters, "floaters"),
         (Method::Kinematic, "kinematic"),
         (Method::Dynamic, "dynamic"),
+        (Method::Rays, "rays"),
+        (Method::Grid, "grid"),
+        (Method::Poisson, "poisson"),
     ];
+
+    /// Whether the method finds its points on lines through a box, which must then be given.
+    pub fn uses_lines(self) -> bool {
+        matches!(self, Method::Rays | Method::Grid | Method::Poisson)
+    }
 
     /// The name under which it is asked for.
     pub fn name(self) -> &'static str {
@@ -88,7 +112,8 @@ pub struct Options {
     /// The largest number of particles.
     pub count_limit: u64,
     /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
-    /// pattern with as many points on the same area. Other methods know no spacing.
+    /// pattern with as many points on the same area, also for rays and Poisson samples. For the
+    /// grid the sides of its cells. Particles that are released know no spacing.
     pub spacing: Option<f64>,
     /// Where the random starts come from: the same seed gives the same bytes.
     pub seed: u64,
@@ -107,6 +132,8 @@ pub struct Options {
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
     /// particles start all over the bounds.
     pub search_limit: u32,
+    /// The direction of rays; `None`: every direction. Components beyond the dimension don't count.
+    pub direction: Option<DVec3>,
 }
 
 impl Options {
@@ -127,6 +154,7 @@ impl Default for Options {
             friction: 0.05,
             iteration_limit: 1000,
             search_limit: 10,
+            direction: None,
         }
     }
 }
@@ -206,6 +234,9 @@ pub fn sample(
                 monitor,
             )
         }
+        Method::Rays => rays::rays(field, start_box, options, monitor),
+        Method::Grid => grid::grid(field, start_box, options, monitor),
+        Method::Poisson => poisson::poisson(field, start_box, options, monitor),
     }
 }
 
@@ -263,6 +294,7 @@ fn particles(
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
+        lines: None,
     };
     Ok(Outcome {
         samples,
@@ -280,11 +312,19 @@ fn samples(dimension: usize, points: &[Point]) -> Samples {
         residuals: points.iter().map(|point| point.here.distance()).collect(),
         radii,
         positions,
+        weights: Vec::new(),
     }
 }
 
 /// The box in which the search begins: the bounds, or -1..1.
 fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError> {
+    if options.bounds.is_none() && options.method.uses_lines() {
+        return Err(out_of_range(
+            "bounds",
+            "a box, through which lines are drawn,",
+            "left out".to_owned(),
+        ));
+    }
     let corner = |value: f64| {
         DVec3::from_array([0, 1, 2].map(|axis| if axis < dimension { value } else { 0.0 }))
     };
@@ -329,7 +369,7 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if !(spacing > 0.0 && spacing.is_finite()) {
             return range("spacing", "greater than 0 and finite", &spacing);
         }
-        if options.method != Method::Floaters {
+        if matches!(options.method, Method::Kinematic | Method::Dynamic) {
             return range("spacing", "left out with this method", &spacing);
         }
         if options.count.is_some() {
@@ -341,6 +381,15 @@ fn check(options: &Options) -> Result<(), SampleError> {
     }
     if !(options.friction > 0.0 && options.friction <= 1.0) {
         return range("friction", "above 0 and at most 1", &options.friction);
+    }
+    if let Some(direction) = options.direction {
+        if options.method != Method::Rays {
+            return range("direction", "left out with this method", &direction);
+        }
+        let length = evaluation::length(direction);
+        if !(length > 0.0 && length.is_finite()) {
+            return range("direction", "a finite vector that is not 0", &direction);
+        }
     }
     if options.iteration_limit == 0 {
         return range("iteration_limit", "at least 1", &options.iteration_limit);

@@ -41,6 +41,38 @@ pub struct Statistics {
     /// Points of the sample where F and F_x vanish together: the surface is singular there, or
     /// F is zero on a whole region.
     pub singular: u64,
+    /// What lines met, where the method works with lines.
+    pub lines: Option<Lines>,
+}
+
+/// What is known from the lines that were drawn through the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// How many lines.
+    pub drawn: u64,
+    /// Points in which a line may only touch the surface, or lies in it.
+    pub touching: u64,
+    /// Places on lines where it could not be decided whether there is a root, and where nothing is a
+    /// zero to the tolerance: poles, jumps, ends of the domain.
+    pub undecided: u64,
+    /// Whether no root was missed, up to the rounding of F. Only fields that are compiled give the
+    /// enclosures for that.
+    pub proven: bool,
+    /// Enclosures of F, or of F and F_x, on one box.
+    pub enclosures: u64,
+    /// The area of the surface in the box; in R2 the length of the curve.
+    pub area: Option<Estimate>,
+    /// The volume in the box on which F < 0; in R2 the area.
+    pub volume: Option<Estimate>,
+}
+
+/// An estimated number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The mean.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
 }
 
 /// Particles that gave no point, by reason.

@@ -67,6 +67,7 @@ pub fn thin(samples: &Samples, delta: f64, keep: Keep<'_>) -> Result<Samples, Sa
         normals: pick(&samples.normals, &representatives),
         residuals: pick(&samples.residuals, &representatives),
         radii: Vec::new(),
+        weights: Vec::new(),
     };
     if let Keep::Barycenter(field) = keep {
         let barycentres = buckets

@@ -74,6 +74,7 @@ fn coincident_points_become_one_and_none_stay_none() {
         normals: vec![DVec3::X; 3],
         radii: vec![0.0; 3],
         residuals: vec![0.0; 3],
+        weights: Vec::new(),
     };
     let one = thin(&three, 0.5, Keep::Representative).unwrap();
     assert_eq!(one.positions, [DVec3::X]);
