@@ -28,7 +28,7 @@ pub(super) fn eliminate(
     let limit = 1.0 - crate::math::scalar::pow(ratio, LIMIT_EXPONENT);
     let closest = cloud.spacing * LIMIT_FACTOR * limit;
     let weigh = |square: f64| {
-        let part = 1.0 - square.sqrt().max(closest) / cloud.spacing;
+        let part = (1.0 - square.sqrt().max(closest) / cloud.spacing).max(0.0);
         (0..WEIGHT_EXPONENT).fold(1.0, |power, _| power * part)
     };
     let mut weights: Vec<f64> = (0..number as u32)
