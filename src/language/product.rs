@@ -207,7 +207,9 @@ const SAMPLES: &[Property<SampleSet>] = &[
     }),
     shown("area", |set| estimated_area(set, |e| e.value)),
     shown("area_error", |set| estimated_area(set, |e| e.error)),
-    shown("volume", |set| in_space(set, lines(set)?.volume, |e| e.value)),
+    shown("volume", |set| {
+        in_space(set, lines(set)?.volume, |e| e.value)
+    }),
     shown("volume_error", |set| {
         in_space(set, lines(set)?.volume, |e| e.error)
     }),

@@ -27,7 +27,7 @@ use crate::geometry::Bounds;
 const BATCH: usize = 1 << 13;
 
 /// Grids that are tried for a count, at most.
-const TRIALS: u32 = 5;
+const TRIALS: u32 = 8;
 
 /// A number of points this close to the wanted one is good enough.
 const NEAR_ENOUGH: f64 = 0.01;
@@ -102,12 +102,7 @@ fn outcome(field: &dyn Field, bounds: &Bounds, found: Found, first: Option<Harve
 }
 
 /// Refuses a spacing that makes too many points or lines.
-fn check_spacing(
-    bounds: &Bounds,
-    area: f64,
-    spacing: f64,
-    limit: u64,
-) -> Result<(), SampleError> {
+fn check_spacing(bounds: &Bounds, area: f64, spacing: f64, limit: u64) -> Result<(), SampleError> {
     let expected = number_of_crossings(bounds.dimension, area, spacing);
     let lines: f64 = (0..bounds.dimension)
         .map(|axis| number_of_lines(&cells(bounds, spacing), axis))
@@ -138,13 +133,11 @@ fn spacing_for_crossings(dimension: usize, area: f64, number: f64) -> f64 {
     }
 }
 
-/// The numbers of cells along the axes; 0 beyond the dimension.
+/// The numbers of cells that fit in the box along the axes; 0 beyond the dimension.
 fn cells(bounds: &Bounds, spacing: f64) -> [f64; 3] {
-    let size = bounds.size();
-    [0, 1, 2].map(|axis| match axis < bounds.dimension {
-        true => (size[axis] / spacing).round().max(1.0),
-        false => 0.0,
-    })
+    let size = bounds.size().to_array();
+    // Where the side is a multiple of the spacing, rounding must not take the last grid line away.
+    size.map(|side| (side / spacing * (1.0 + 1e-12)).floor())
 }
 
 /// The number of grid lines parallel to an axis.
@@ -172,7 +165,7 @@ fn cross_for_count(
     };
     let mut best: Option<Found> = None;
     let mut cost = Cost::default();
-    for _ in 0..TRIALS {
+    for trial in 0..TRIALS {
         let found = cross(field, wanted, spacing, monitor)?;
         cost.add(found.cost);
         let number = found.points.len() as f64;
@@ -186,16 +179,22 @@ fn cross_for_count(
         if number == 0.0 || miss(number) <= NEAR_ENOUGH * count {
             break;
         }
-        spacing *= match dimension {
+        let correction = match dimension {
             2 => number / count,
             _ => (number / count).sqrt(),
+        };
+        // The number of crossings is no smooth function of the spacing: half a correction now and
+        // then keeps trials from repeating.
+        spacing *= match trial % 2 {
+            0 => correction,
+            _ => correction.sqrt(),
         };
     }
     best.map(|best| Found { cost, ..best })
         .ok_or(SampleError::Cancelled)
 }
 
-/// All crossings of the grid whose cells have about this side, in the order of the lines.
+/// All crossings of the grid whose cells have this side, in the order of the lines.
 fn cross(
     field: &dyn Field,
     wanted: &Wanted,
@@ -234,7 +233,7 @@ fn cross(
                 .collect();
             let segments: Vec<Segment> = indices
                 .iter()
-                .map(|&index| line_of(bounds, &cells, axis, index))
+                .map(|&index| line_of(bounds, spacing, axis, index))
                 .collect();
             let (crossed, cost) = intersect(field, &segments, wanted);
             found.cost.add(cost);
@@ -242,10 +241,9 @@ fn cross(
             for (line, mut index) in crossed.into_iter().zip(indices) {
                 found.undecided += u64::from(line.undecided);
                 for crossing in line.crossings {
-                    let step = bounds.size()[axis] / cells[axis];
-                    let node = (crossing.along / step).round();
+                    let node = (crossing.along / spacing).round();
                     index[axis] = node as u64;
-                    let is_node = (crossing.along - node * step).abs() <= wanted.tolerance;
+                    let is_node = (crossing.along - node * spacing).abs() <= wanted.tolerance;
                     if is_node && !nodes.insert(index) {
                         continue;
                     }
@@ -258,18 +256,17 @@ fn cross(
     Ok(found)
 }
 
-/// The grid line parallel to an axis through the grid point with this index.
-fn line_of(bounds: &Bounds, cells: &[f64; 3], axis: usize, index: [u64; 3]) -> Segment {
-    let size = bounds.size();
+/// The grid line parallel to an axis through the grid point with this index. The grid begins in the
+/// lower corner of the box.
+fn line_of(bounds: &Bounds, spacing: f64, axis: usize, index: [u64; 3]) -> Segment {
     let mut origin = bounds.min;
     for other in (0..bounds.dimension).filter(|&other| other != axis) {
-        let part = index[other] as f64 / cells[other];
-        // The last one lies in the face exactly.
-        origin[other] = (bounds.min[other] + part * size[other]).min(bounds.max[other]);
+        let place = bounds.min[other] + index[other] as f64 * spacing;
+        origin[other] = place.min(bounds.max[other]);
     }
     Segment {
         origin,
         direction: DVec3::AXES[axis],
-        length: size[axis],
+        length: bounds.size()[axis],
     }
 }

@@ -194,9 +194,8 @@ fn touching(chunk: &mut Chunk, doubts: &[Doubt]) -> Vec<Found> {
         let nearby = doubt.values;
         let zeros = places.iter().zip(three);
         let zeros = zeros.filter(|(_, point)| chunk.wanted.is_zero(point, nearby));
-        let best = zeros.min_by(|(_, one), (_, other)| {
-            one.here.distance().total_cmp(&other.here.distance())
-        });
+        let best = zeros
+            .min_by(|(_, one), (_, other)| one.here.distance().total_cmp(&other.here.distance()));
         let crossing = best.map(|(&along, &point)| Crossing {
             along,
             point,

@@ -312,10 +312,11 @@ impl<'a> Harvest<'a> {
             self.lengths.1 += line.inside * line.inside;
             self.undecided += u64::from(line.undecided);
             let direction = self.bundle.direction();
-            self.crossings.extend(line.crossings.into_iter().filter(|crossing| {
-                let normal = crossing.point.here.normal();
-                direction.is_none_or(|along| normal.dot(along).abs() > GRAZING)
-            }));
+            self.crossings
+                .extend(line.crossings.into_iter().filter(|crossing| {
+                    let normal = crossing.point.here.normal();
+                    direction.is_none_or(|along| normal.dot(along).abs() > GRAZING)
+                }));
         }
     }
 

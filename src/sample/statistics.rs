@@ -6,7 +6,7 @@ use crate::geometry::Bounds;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
     /// Particles released for the final sample, or floaters that are put on the surface in the end
-    /// (without any, the particles that were to find seeds).
+    /// (without any, the particles that were to find seeds), or lines that were drawn.
     pub started: u64,
     /// Points in the final sample: `started` without the dropped ones.
     pub points: u64,

@@ -2,6 +2,10 @@
 
 mod fields;
 mod floaters;
+mod grid;
+mod lines;
 mod options;
 mod particles;
+mod poisson;
+mod rays;
 mod thinning;

@@ -354,8 +354,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             Some(_) => "lines through the box met a zero of the field",
         };
         let message = format!("none of the {} {message}", statistics.started);
-        let mut error =
-            failure(Code::NoSurface, message).at(arguments.place("f"), "no zero found");
+        let mut error = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero found");
         error.help = Some("give `bounds` that hold the surface, or check the field".into());
         return Err(error);
     }

@@ -43,7 +43,10 @@ struct Search {
 /// The root in each bracket, in order. Where there is none (at a pole, a jump or the end of the
 /// domain) it is only said where.
 pub(super) fn solve(chunk: &mut Chunk, brackets: &[Bracket]) -> Vec<Found> {
-    let mut found: Vec<Found> = brackets.iter().map(|bracket| (bracket.from, None)).collect();
+    let mut found: Vec<Found> = brackets
+        .iter()
+        .map(|bracket| (bracket.from, None))
+        .collect();
     let mut searches: Vec<Search> = brackets.iter().enumerate().map(Search::new).collect();
     for step in 0..STEP_LIMIT {
         if searches.is_empty() {
@@ -94,7 +97,9 @@ impl Search {
         let here = self.candidate;
         let value = point.here.value;
         let level = value.abs();
-        let before = self.best.map_or(f64::INFINITY, |(_, best)| best.here.value.abs());
+        let before = self
+            .best
+            .map_or(f64::INFINITY, |(_, best)| best.here.value.abs());
         let improves = level < before;
         if improves {
             self.best = Some((here, point));

@@ -1,7 +1,7 @@
 //! Isolation: parts of lines with exactly one root each, and the places that remain in doubt.
 
-use super::bracket::Bracket;
 use super::Chunk;
+use super::bracket::Bracket;
 use crate::engine::CompiledField;
 use crate::graph::Interval;
 use crate::graph::interval::{Enclosure, Regularity};

@@ -98,7 +98,10 @@ impl Cells {
     pub(super) fn release(&mut self, index: u32) {
         let (cell, place) = self.places[index as usize];
         self.chosen[cell as usize] -= 1;
-        self.swap(place, self.starts[cell as usize] + self.chosen[cell as usize]);
+        self.swap(
+            place,
+            self.starts[cell as usize] + self.chosen[cell as usize],
+        );
     }
 
     fn swap(&mut self, one: u32, other: u32) {

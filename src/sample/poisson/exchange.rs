@@ -80,7 +80,9 @@ impl<'a> Exchange<'a> {
         let candidates = (0..self.cloud.positions.len() as u32).into_par_iter();
         let middles = candidates.filter_map(|index| {
             let (square, _) = self.nearest[index as usize];
-            (square >= wide * wide).then(|| self.middle(index)).flatten()
+            (square >= wide * wide)
+                .then(|| self.middle(index))
+                .flatten()
         });
         middles.collect()
     }
@@ -163,7 +165,8 @@ impl<'a> Exchange<'a> {
 fn circumcentre(a: DVec3, b: DVec3, c: DVec3) -> Option<DVec3> {
     let (to_b, to_c) = (b - a, c - a);
     let across = to_b.cross(to_c);
-    let offset = to_c.length_squared() * across.cross(to_b) + to_b.length_squared() * to_c.cross(across);
+    let offset =
+        to_c.length_squared() * across.cross(to_b) + to_b.length_squared() * to_c.cross(across);
     let centre = a + offset / (2.0 * across.length_squared());
     centre.is_finite().then_some(centre)
 }
