@@ -200,6 +200,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
     }),
+    shown("largest_missed", |set| {
+        let proof = set.statistics.as_ref()?.proof?;
+        number(proof.largest_left)
+    }),
     shown("lines", |set| number(lines(set)?.drawn as f64)),
     shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
     shown("length_error", |set| {

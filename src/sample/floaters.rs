@@ -6,8 +6,7 @@
 //! then moves (`population`, equation 5), the paper's rules of birth and death (`fission`), and
 //! the control of the number (`balance`). Here they come together:
 //!
-//! 1. Seeds. Kinematic particles are released all over the box; those that arrive, thinned out,
-//!    are the first floaters, so that components which attract any particle are not missed.
+//! 1. Seeds, on every component of the zero set (`seeds`); thinned out they are the first floaters.
 //! 2. Adaptive repulsion with a radius for each floater, births and deaths, first to a coarse
 //!    spacing, which tells the area, then to ever finer ones, each halving the radius squared.
 //! 3. Balance: the exact number is made, and repulsion with one radius for all, half the
@@ -19,35 +18,30 @@
 //! the root mean square step is a few thousandths of the radius. The cost is linear in the number
 //! of floaters: about 150 evaluations each.
 //!
-//! Limits: a component that attracts none of the particles is missed, and points on creases lie
-//! on either side rather than exactly on the edge.
+//! Limits: points on creases lie on either side rather than exactly on the edge.
 
 pub(super) mod balance;
 mod fission;
 mod neighbours;
 mod population;
 mod repulsion;
+mod seeds;
 
 use glam::DVec3;
 
-use super::kinematic::Kinematic;
 use super::newton::{Point, Polish, polish};
 use super::random::Stream;
-use super::release::{Release, release};
 use super::statistics::{Dropped, Statistics, Tally};
-use super::{Options, Outcome, SampleError, out_of_range, search};
+use super::{Options, Outcome, SampleError, Varying, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use balance::{number_for, spacing_for};
 use fission::Dice;
 use population::{Floater, Population, SETTLING};
+use seeds::{RELEASED, Seeds, seeds};
 
-/// Purposes of random streams; the preliminary search takes the small numbers.
-const SEED_STREAM: u64 = 1 << 32;
+/// The purpose of the random stream; the preliminary search and the seeds take smaller numbers.
 const FISSION_STREAM: u64 = 2 << 32;
-
-/// Particles released to find seeds.
-const SEEDS: u64 = 1024;
 
 /// The number of points without any wish: a surface, a curve.
 const DEFAULT_COUNT: (u64, u64) = (2000, 500);
@@ -75,6 +69,10 @@ const ROUND_STEPS: u32 = 16;
 
 /// A number this close to the one that fits the spacing is left alone.
 const NEAR_ENOUGH: f64 = 0.004;
+
+/// Where the spacing varies, repulsion carries floaters to where they are missing, but slowly:
+/// if more than this part of them is misplaced, they die and others are born.
+const MISPLACED: f64 = 0.01;
 
 /// Equilibrium: the root mean square step of the floaters, in radii, on smooth parts of the
 /// surface and on creases.
@@ -106,7 +104,11 @@ pub(super) fn floaters(
         return Err(out_of_range("method", expected, "\"floaters\"".to_owned()));
     }
     let mut search_tally = Tally::default();
-    let (seeds, located) = seeds(field, start_box, options, monitor, &mut search_tally)?;
+    let Seeds {
+        points: seeds,
+        located,
+        proof,
+    } = seeds(field, start_box, options, monitor, &mut search_tally)?;
     let mut run = Run {
         population: Population::new(field, located.bounds),
         dice: Dice::new(Stream::new(options.seed, FISSION_STREAM)),
@@ -125,7 +127,7 @@ pub(super) fn floaters(
         .count() as u64;
     let statistics = Statistics {
         started: if seeds.is_empty() {
-            SEEDS
+            RELEASED
         } else {
             run.population.floaters.len() as u64
         },
@@ -141,6 +143,7 @@ pub(super) fn floaters(
         settled: located.settled,
         bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
+        proof,
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
         lines: None,
@@ -149,45 +152,6 @@ pub(super) fn floaters(
         samples,
         statistics,
     })
-}
-
-/// Points to start from, and where they were found: in the bounds or, without any, in the box
-/// that the preliminary search finds.
-fn seeds(
-    field: &dyn Field,
-    start_box: Bounds,
-    options: &Options,
-    monitor: &dyn Monitor,
-    tally: &mut Tally,
-) -> Result<(Vec<Point>, search::Located), SampleError> {
-    let first = Release {
-        field,
-        motion: &Kinematic,
-        stream: Stream::new(options.seed, SEED_STREAM),
-        count: SEEDS,
-        bounds: start_box,
-        reach: search::reach(options.bounds, start_box),
-        within: options.bounds,
-        tolerance: options.tolerance,
-        iteration_limit: options.iteration_limit,
-    };
-    let located = match options.bounds {
-        Some(bounds) => search::Located {
-            bounds,
-            rounds: 0,
-            settled: true,
-        },
-        None => search::locate(&first, options, monitor, tally)?,
-    };
-    let last = Release {
-        bounds: located.bounds,
-        reach: search::reach(options.bounds, located.bounds),
-        within: Some(located.bounds),
-        ..first
-    };
-    let (points, counts) = release(&last, monitor, &|_| ()).ok_or(SampleError::Cancelled)?;
-    tally.add(&counts);
-    Ok((points, located))
 }
 
 /// One run of floaters.
@@ -212,7 +176,10 @@ impl Run<'_> {
             2 => (DEFAULT_COUNT.1, COARSE.1),
             _ => (DEFAULT_COUNT.0, COARSE.0),
         };
-        let goal = match (self.options.spacing, self.options.count) {
+        self.weigh_seeds(seeds)?;
+        let mean = self.population.wanted.map(|(_, mean)| mean);
+        let goal = match (self.options.spacing.or(mean), self.options.count) {
+            (Some(_), Some(count)) => Goal::Count(count),
             (Some(spacing), _) => Goal::Spacing(spacing),
             (None, count) => Goal::Count(count.unwrap_or(default_count)),
         };
@@ -225,6 +192,7 @@ impl Run<'_> {
         };
         let seed = |&seed: &Point| Floater::at_rest(seed, radius);
         self.population.floaters = seeds.iter().map(seed).collect();
+        self.population.level(radius);
         self.thin_seeds();
         self.populate(radius)?;
         let area = self.population.measure();
@@ -260,6 +228,26 @@ impl Run<'_> {
             }
         }
         Ok(false)
+    }
+
+    /// Learns the mean of the wanted spacing, which must be a positive number at every seed.
+    fn weigh_seeds(&mut self, seeds: &[Point]) -> Result<(), SampleError> {
+        let Some(Varying(wanted)) = &self.options.varying else {
+            return Ok(());
+        };
+        let mut sum = 0.0;
+        for seed in seeds {
+            let spacing = wanted.value(seed.position);
+            if !(spacing > 0.0 && spacing.is_finite()) {
+                let place = &seed.position.to_array()[..self.population.bounds.dimension];
+                let found = format!("{spacing} at {place:?}");
+                let expected = "greater than 0 and finite everywhere on the zero set";
+                return Err(out_of_range("spacing", expected, found));
+            }
+            sum += spacing;
+        }
+        self.population.wanted = Some((&**wanted, sum / seeds.len() as f64));
+        Ok(())
     }
 
     /// Of seeds closer than a spacing one is enough; the earlier one stays.
@@ -324,10 +312,16 @@ impl Run<'_> {
             self.population.meet();
             let merged = self.population.merge();
             self.deaths += merged as u64;
-            if merged == 0 && round > 0 && difference.abs() <= near_enough {
+            let misplaced = self.population.misplaced();
+            let well_placed = misplaced <= MISPLACED * target;
+            if merged == 0 && round > 0 && difference.abs() <= near_enough && well_placed {
                 return Ok(true);
             }
             self.population.meet();
+            if !well_placed && round + 1 < ROUNDS {
+                self.deaths += self.population.remove(misplaced as usize) as u64;
+                self.population.meet();
+            }
             let difference = target - self.population.floaters.len() as f64;
             if difference > 0.0 {
                 self.births += self.population.add(difference as usize) as u64;

@@ -17,6 +17,7 @@
 //! (`rays`), which tell area and volume too, points on the edges of a grid (`grid`), and blue noise,
 //! for which a dense sample by rays is thinned out (`poisson`).
 
+mod cover;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -35,8 +36,11 @@ mod search;
 mod statistics;
 mod thin;
 
-pub use statistics::{Dropped, Estimate, Lines, Statistics};
+pub use statistics::{Dropped, Estimate, Lines, Proof, Statistics};
 pub use thin::{Keep, thin};
+
+use std::fmt;
+use std::sync::Arc;
 
 use glam::DVec3;
 use thiserror::Error;
@@ -115,6 +119,11 @@ pub struct Options {
     /// pattern with as many points on the same area, also for rays and Poisson samples. For the
     /// grid the sides of its cells. Particles that are released know no spacing.
     pub spacing: Option<f64>,
+    /// The spacing of floaters as a function of the place. With a count only its ratios matter.
+    pub varying: Option<Varying>,
+    /// Where floaters start, instead of seeds on every component: points near the zero set, from
+    /// which they spread over the components that these lie on.
+    pub seeds: Vec<DVec3>,
     /// Where the random starts come from: the same seed gives the same bytes.
     pub seed: u64,
     /// The box to search, from which no point strays. `None`: the search begins in -1..1 and
@@ -136,6 +145,24 @@ pub struct Options {
     pub direction: Option<DVec3>,
 }
 
+/// The spacing that is wanted at each point, as the value of a field of as many coordinates as
+/// the one that is sampled.
+#[derive(Clone)]
+pub struct Varying(pub Arc<dyn Field>);
+
+impl fmt::Debug for Varying {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("Varying")
+    }
+}
+
+/// The same field, not an equal one.
+impl PartialEq for Varying {
+    fn eq(&self, other: &Varying) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 impl Options {
     /// The largest number of particles, unless more are allowed: their points take about a gigabyte.
     pub const MOST: u64 = 10_000_000;
@@ -148,6 +175,8 @@ impl Default for Options {
             count: None,
             count_limit: Options::MOST,
             spacing: None,
+            varying: None,
+            seeds: Vec::new(),
             seed: 0,
             bounds: None,
             tolerance: 1e-9,
@@ -292,6 +321,7 @@ fn particles(
         settled: located.settled,
         bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
+        proof: None,
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
         lines: None,
@@ -375,6 +405,9 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if options.count.is_some() {
             return range("spacing", "left out where `count` is given", &spacing);
         }
+    }
+    if options.varying.is_some() && options.method != Method::Floaters {
+        return range("spacing", "a number with this method", &"a function");
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);

@@ -418,6 +418,7 @@ pub(super) fn line_statistics(
             .iter()
             .map(|point| point.here.distance())
             .fold(0.0, f64::max),
+        proof: None,
         nan_points: cost.undefined,
         singular: vanishing.count() as u64,
         lines: Some(lines),

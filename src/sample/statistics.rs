@@ -38,6 +38,8 @@ pub struct Statistics {
     /// Evaluations at which F, or F_x off the surface, was NaN or infinite. Such places count
     /// as outside.
     pub nan_points: u64,
+    /// Whether components can have been missed, where that was looked into.
+    pub proof: Option<Proof>,
     /// Points of the sample where F and F_x vanish together: the surface is singular there, or
     /// F is zero on a whole region.
     pub singular: u64,
@@ -73,6 +75,18 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error.
     pub error: f64,
+}
+
+/// A cover of the zero set by cells in each of which it is proven to be connected.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Proof {
+    /// Cells that are proven to hold one connected part of the zero set, with a seed on it.
+    pub covered: u64,
+    /// Cells of which nothing could be proven.
+    pub left: u64,
+    /// The largest diagonal of these. A component that was missed is smaller, or lies in several
+    /// such cells that touch. 0 if there is none.
+    pub largest_left: f64,
 }
 
 /// Particles that gave no point, by reason.

@@ -224,6 +224,9 @@ pub(super) struct Sample {
     /// How many points, or how many particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
+    /// Points from which floaters start [default: one or more on every component]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) seeds: Option<String>,
     /// Where randomness starts
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,

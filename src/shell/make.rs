@@ -39,6 +39,7 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         ("method", method.as_deref()),
         ("spacing", command.spacing.as_deref()),
         ("count", command.count.as_deref()),
+        ("seeds", command.seeds.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),
         ("direction", command.direction.as_deref()),

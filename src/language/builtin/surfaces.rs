@@ -1,6 +1,7 @@
 //! Samplers, polygonizers and measures as functions of the language.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -15,7 +16,7 @@ use crate::language::product::{self, CurveSet, MeshSet, SampleSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use crate::polygonize::{self, PolygonizeError};
-use crate::sample::{self, Method, SampleError};
+use crate::sample::{self, Method, SampleError, Varying};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -40,13 +41,14 @@ pub(super) const TABLE: &[Builtin] = &[
             "method = \"floaters\"",
             "spacing =",
             "count =",
+            "seeds =",
             "seed = 0",
             "bounds =",
             "tolerance = 1e-9",
             "friction = 0.05",
             "direction =",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
         sample,
     ),
     action(
@@ -327,11 +329,22 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         bounds,
         count: arguments.count(session, "count")?,
         count_limit: session.limits.particles,
-        spacing: arguments.positive(session, "spacing")?,
         ..sample::Options::default()
     };
+    match arguments.given("spacing").map(|given| given.value.clone()) {
+        Some(spacing @ (Value::Field(_) | Value::Function(_))) => {
+            options.varying = Some(varying(session, arguments, spacing, field.dimension())?);
+        }
+        _ => options.spacing = arguments.positive(session, "spacing")?,
+    }
     if let Some(seed) = arguments.count(session, "seed")? {
         options.seed = seed;
+    }
+    if let Some(seeds) = arguments.plain(session, "seeds")? {
+        options.seeds = points_of(&seeds, field.dimension()).ok_or_else(|| {
+            let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
+            arguments.expected(expected, "seeds", &seeds)
+        })?;
     }
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
@@ -376,6 +389,49 @@ fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
         }
     }
     (components.len() == dimension).then_some(vector)
+}
+
+/// A spacing that is a field, or a function of a point or of coordinates.
+fn varying(
+    session: &mut Session,
+    arguments: &Arguments,
+    spacing: Value,
+    dimension: usize,
+) -> Outcome<Varying> {
+    let place = arguments.place("spacing");
+    let field = match spacing {
+        Value::Field(field) => field,
+        Value::Function(function) => {
+            let as_point = function.parameter_count() == 1 && dimension > 1;
+            session.function_as_field(&function, dimension, as_point, place)?
+        }
+        other => return Err(arguments.expected("a number or a function", "spacing", &other)),
+    };
+    if field.dimension() != dimension {
+        let message = format!(
+            "`spacing` has {} coordinates, but the field has {dimension}",
+            field.dimension()
+        );
+        return Err(arguments.bad("spacing", message));
+    }
+    let compiled = field
+        .compiled(&mut session.graph, session.parameters.values())
+        .at(place, "this spacing")?;
+    Ok(Varying(Arc::new(compiled)))
+}
+
+/// The points that a list of lists of numbers, or a sample, stands for.
+fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
+    if let Value::Samples(set) = value {
+        return (set.samples.dimension == dimension).then(|| set.samples.positions.clone());
+    }
+    let Value::List(points) = value else {
+        return None;
+    };
+    points
+        .iter()
+        .map(|point| vector_of(point, dimension))
+        .collect()
 }
 
 /// A box that provably holds the whole zero set, if one can be found. That there is no zero at

@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 use super::population::{Floater, Population};
-use super::repulsion::density;
+use super::repulsion::{Pairing, density};
 use crate::sample::newton::{Point, Polish, polish};
 
 /// The area of the hexagonal cell of a floater whose nearest neighbours are 1 away: √3 / 2.
@@ -80,48 +80,72 @@ fn at_wall_part(dimension: usize) -> f64 {
 }
 
 impl Population<'_> {
-    /// Gives all floaters one radius.
+    /// Gives all floaters one radius, times their weights.
     pub(super) fn level(&mut self, radius: f64) {
+        self.weigh();
         for floater in &mut self.floaters {
-            floater.radius = radius;
+            floater.radius = radius * floater.weight;
         }
         self.changed();
     }
 
-    /// Measures the area of the surface, or the length of the curve; the floaters then have one
-    /// radius, half of the ideal spacing, and the energies that belong to it.
+    /// Measures the area of the surface, or the length of the curve, in units of the square (the
+    /// length) of the weights there; the floaters then have one radius times their weights, half of
+    /// the ideal spacing, and the energies that belong to it.
     ///
     /// For evenly spread floaters the result is good to about a percent; it comes out too large
     /// for components that are smaller than the spacing.
     pub(super) fn measure(&mut self) -> f64 {
         let dimension = self.bounds.dimension;
         let number = self.floaters.len() as f64;
-        let mean = self
+        self.weigh();
+        let radii = self
             .floaters
             .iter()
-            .map(|floater| floater.radius)
-            .sum::<f64>()
-            / number;
+            .map(|floater| floater.radius / floater.weight);
+        let mean = radii.sum::<f64>() / number;
         let mut radius = mean;
         let mut area = 0.0;
         // The second round corrects the radius, the third what the radius did to the area.
         for _ in 0..3 {
             self.level(radius);
             self.meet();
-            let felt = self.feel();
-            let inverse = |energy: f64| 1.0 / density(dimension, energy, radius);
-            area = felt.iter().map(|felt| inverse(felt.energy)).sum();
-            let at_wall = felt.iter().zip(&self.floaters);
-            let at_wall = at_wall.filter(|(_, floater)| self.at_wall(floater));
-            let claimed: f64 = at_wall.map(|(felt, _)| inverse(felt.energy)).sum();
-            area -= (1.0 - at_wall_part(dimension)) * claimed;
-            for (floater, felt) in self.floaters.iter_mut().zip(&felt) {
-                floater.energy = felt.energy;
+            let felt = self.feel(Pairing::of_mean_radius(self.bounds.dimension));
+            area = 0.0;
+            for (index, felt) in felt.iter().enumerate() {
+                // In its own unit of length, its weight, it has the radius of all.
+                let own = 1.0 / density(dimension, felt.energy, radius);
+                let at_wall = self.at_wall(&self.floaters[index]);
+                area += if at_wall {
+                    at_wall_part(dimension) * own
+                } else {
+                    own
+                };
+                self.floaters[index].energy = felt.energy;
             }
             let next = 0.5 * spacing_for(dimension, area, number);
             radius = next.clamp(0.5 * radius, 2.0 * radius);
         }
         area
+    }
+
+    /// How many floaters are where the density is too high for the spacing that is wanted there;
+    /// 0 where that is the same everywhere, because repulsion sees to it. Needs the energies of
+    /// [`Population::measure`].
+    pub(super) fn misplaced(&self) -> f64 {
+        if self.wanted.is_none() {
+            return 0.0;
+        }
+        let inside = self
+            .floaters
+            .iter()
+            .filter(|floater| !self.at_wall(floater));
+        let densities: Vec<f64> = inside.map(|floater| 1.0 + floater.energy).collect();
+        let mean = densities.iter().sum::<f64>() / densities.len() as f64;
+        let excess = densities
+            .iter()
+            .map(|density| (density / mean - 1.0).max(0.0));
+        excess.sum()
     }
 
     /// Removes floaters where the density is greatest, no two neighbours at once and nobody who
@@ -215,11 +239,12 @@ impl Population<'_> {
         let there = self.evaluate(&places);
         let points = places.iter().zip(there);
         let points = points.map(|(&position, here)| Point { position, here });
-        let radius = self.floaters.first().map_or(0.0, |first| first.radius);
+        let radii = parents.iter().map(|&parent| self.floaters[parent].radius);
+        let largest = radii.clone().fold(0.0, f64::max);
         let wanted = Polish {
-            tolerance: 1e-3 * radius,
-            leash: radius,
-            diagonal: radius,
+            tolerance: 1e-3 * radii.fold(f64::INFINITY, f64::min),
+            leash: largest,
+            diagonal: largest,
         };
         let (polished, evaluations) = polish(self.field, &wanted, points);
         self.tally.evaluations += evaluations;
@@ -232,9 +257,11 @@ impl Population<'_> {
             if let Some(point) = point
                 && self.bounds.contains(point.position)
                 && point.here.normal().dot(own.normal) > 0.0
-                && self.room(parent, point.position) >= ROOM * radius
+                && self.room(parent, point.position) >= ROOM * own.radius
             {
-                self.floaters.push(Floater::at_rest(point, radius));
+                let newborn = Floater::at_rest(point, own.radius);
+                let weight = own.weight;
+                self.floaters.push(Floater { weight, ..newborn });
             }
         }
         self.changed();

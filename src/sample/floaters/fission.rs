@@ -12,7 +12,7 @@
 use glam::DVec3;
 
 use super::population::{Floater, PAPER, Population};
-use super::repulsion::desired_energy;
+use super::repulsion::{Pairing, desired_energy};
 use crate::sample::random::Stream;
 
 /// γ: the speed, in radii a unit of time, below which a floater is near equilibrium.
@@ -75,14 +75,15 @@ impl Dice {
 }
 
 impl Population<'_> {
-    /// One step of adaptive repulsion towards the desired radius σ̂: floaters move, radii change,
+    /// One step of adaptive repulsion towards the desired radius σ̂ (times each floater's weight): floaters move, radii change,
     /// some floaters split and some die.
     pub(super) fn adapt(&mut self, desired_radius: f64, dice: &mut Dice) -> Changes {
         let dimension = self.bounds.dimension;
         let energy = desired_energy(dimension);
         self.changed();
+        self.weigh();
         self.meet();
-        let felt = self.feel();
+        let felt = self.feel(Pairing::Energies);
         let mut places = Vec::with_capacity(2 * felt.len());
         for (index, felt) in felt.iter().enumerate() {
             let place = self.aim(index, felt.velocity, &PAPER);
@@ -92,9 +93,10 @@ impl Population<'_> {
             let radius =
                 floater.radius + PAPER.time_step * felt.radius_rate(floater.radius, energy);
             let (shrink, grow) = CHANGE;
+            let desired = desired_radius * floater.weight;
             floater.radius = radius
                 .clamp(shrink * floater.radius, grow * floater.radius)
-                .clamp(SMALLEST * desired_radius, (LARGEST * 1.01) * desired_radius);
+                .clamp(SMALLEST * desired, (LARGEST * 1.01) * desired);
         }
         let dying = self.dying(desired_radius, dice);
         let room = self.capacity.saturating_sub(felt.len());
@@ -145,7 +147,7 @@ impl Population<'_> {
     fn dying(&self, desired_radius: f64, dice: &mut Dice) -> Vec<bool> {
         let mut dying = vec![false; self.floaters.len()];
         for (index, floater) in self.floaters.iter().enumerate() {
-            let crowded = CROWDED * desired_radius;
+            let crowded = CROWDED * desired_radius * floater.weight;
             if floater.speed < EQUILIBRIUM * floater.radius
                 && floater.radius < crowded
                 && dice.unit() > floater.radius / crowded
@@ -161,6 +163,7 @@ impl Population<'_> {
 
 /// Whether a floater splits.
 fn is_fertile(floater: &Floater, desired_radius: f64, energy: f64) -> bool {
+    let desired_radius = desired_radius * floater.weight;
     let energized = floater.energy > ENERGIZED * energy && floater.radius > desired_radius;
     floater.speed < EQUILIBRIUM * floater.radius
         && floater.normal != DVec3::ZERO

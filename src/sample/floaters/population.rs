@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::neighbours::{Neighbours, Site, order};
-use super::repulsion::{CUTOFF, FEEDBACK, Repulsion, Source, TIME_STEP};
+use super::repulsion::{CUTOFF, FEEDBACK, Pairing, Repulsion, Source, TIME_STEP};
 use crate::engine::Field;
 use crate::geometry::Bounds;
 use crate::sample::evaluation::{Batch, Evaluation};
@@ -48,6 +48,10 @@ const CREASE_MEMORY: u32 = 100;
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
 const SKIN: f64 = 0.25;
 
+/// The widest and the mean spacing differ by no more than this factor, nor do the mean and the
+/// narrowest.
+const HEAVIEST: f64 = 32.0;
+
 /// The largest population before the area is known: a hundred times what a smooth surface takes.
 const COARSE_CAPACITY: usize = 50_000;
 
@@ -62,6 +66,8 @@ pub(super) struct Floater {
     pub(super) normal: DVec3,
     /// σ: the repulsion radius.
     pub(super) radius: f64,
+    /// The spacing that is wanted here, in units of the mean one.
+    pub(super) weight: f64,
     /// The last step along the surface, while there is inertia.
     pub(super) step: DVec3,
     /// The part of its step that a floater dares to take, at most 1.
@@ -82,6 +88,7 @@ impl Floater {
             here: point.here,
             normal: point.here.normal(),
             radius,
+            weight: 1.0,
             step: DVec3::ZERO,
             courage: 1.0,
             speed: 0.0,
@@ -142,6 +149,8 @@ pub(super) struct Population<'a> {
     /// The box: no floater leaves it.
     pub(super) bounds: Bounds,
     pub(super) floaters: Vec<Floater>,
+    /// The spacing that is wanted, where it is not the same everywhere, and its mean.
+    pub(super) wanted: Option<(&'a dyn Field, f64)>,
     /// No floater splits when there are so many: on a surface that is rough at the scale of the
     /// spacing, floaters find no neighbours on their sheet and would split for ever.
     pub(super) capacity: usize,
@@ -160,6 +169,7 @@ impl<'a> Population<'a> {
             field,
             bounds,
             floaters: Vec::new(),
+            wanted: None,
             capacity: COARSE_CAPACITY,
             neighbours: Neighbours::default(),
             listed_at: Vec::new(),
@@ -200,8 +210,43 @@ impl<'a> Population<'a> {
         self.listed_at = sites.into_iter().map(|site| site.position).collect();
     }
 
+    /// Weighs floaters where they are: by the wanted spacing there. One whose place has none keeps
+    /// the weight it has.
+    pub(super) fn weigh(&mut self) {
+        let Some((wanted, mean)) = self.wanted else {
+            return;
+        };
+        let columns: [Vec<f64>; 3] = std::array::from_fn(|axis| {
+            self.floaters
+                .iter()
+                .map(|floater| floater.position[axis])
+                .collect()
+        });
+        let columns = columns.each_ref().map(Vec::as_slice);
+        let mut spacings = vec![f64::NAN; self.floaters.len()];
+        wanted.values(&columns[..self.bounds.dimension], &mut spacings);
+        for (floater, spacing) in self.floaters.iter_mut().zip(spacings) {
+            let weight = spacing / mean;
+            if weight > 0.0 && weight.is_finite() {
+                floater.weight = weight.clamp(1.0 / HEAVIEST, HEAVIEST);
+            }
+        }
+    }
+
+    /// Weighs floaters anew after a step, and lets their radii follow.
+    fn reweigh(&mut self) {
+        if self.wanted.is_none() {
+            return;
+        }
+        let before: Vec<f64> = self.floaters.iter().map(|floater| floater.weight).collect();
+        self.weigh();
+        for (floater, before) in self.floaters.iter_mut().zip(before) {
+            floater.radius *= floater.weight / before;
+        }
+    }
+
     /// What each floater feels, in order; needs [`Population::meet`].
-    pub(super) fn feel(&self) -> Vec<Repulsion> {
+    pub(super) fn feel(&self, pairing: Pairing) -> Vec<Repulsion> {
         // A list of its own, because what neighbours need of a floater is the smaller part.
         let sources: Vec<Source> = self.floaters.iter().map(Floater::source).collect();
         sources
@@ -210,7 +255,7 @@ impl<'a> Population<'a> {
             .enumerate()
             .map(|(index, &own)| {
                 let others = self.neighbours.of(index).iter();
-                Repulsion::new(own, others.map(|&other| sources[other as usize]))
+                Repulsion::new(own, others.map(|&other| sources[other as usize]), pairing)
             })
             .collect()
     }
@@ -341,7 +386,7 @@ impl<'a> Population<'a> {
     /// One step of all floaters.
     pub(super) fn step(&mut self, motion: &Motion) -> Unrest {
         self.meet();
-        let felt = self.feel();
+        let felt = self.feel(Pairing::of_mean_radius(self.bounds.dimension));
         for (floater, felt) in self.floaters.iter_mut().zip(&felt) {
             floater.energy = felt.energy;
         }
@@ -359,6 +404,7 @@ impl<'a> Population<'a> {
                 unrest.add(&self.floaters[index], moved);
             }
         }
+        self.reweigh();
         self.tally.steps += places.len() as u64;
         self.tally.iterations += 1;
         unrest.mean(places.len())

@@ -41,6 +41,32 @@ pub(super) struct Source {
     pub(super) on_crease: bool,
 }
 
+/// What two floaters of different radii do to each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Pairing {
+    /// Equation 9: the energies of both.
+    Energies,
+    /// As two on a curve whose radius is the mean σ of theirs, with a force that depends on
+    /// |r|/σ alone: it is the same all along a curve on which neighbours are two radii apart, so
+    /// that a spacing which changes from place to place is an equilibrium. By (9) the smaller one
+    /// pushes harder.
+    OnCurve,
+    /// The same on a surface. There the force per length of a line across which floaters push has
+    /// to be the same everywhere, and the line meets 1/σ of them: the force grows with σ.
+    OnSurface,
+}
+
+impl Pairing {
+    /// By which a spacing that varies is an equilibrium.
+    pub(super) fn of_mean_radius(dimension: usize) -> Self {
+        if dimension == 2 {
+            Pairing::OnCurve
+        } else {
+            Pairing::OnSurface
+        }
+    }
+}
+
 /// What a floater feels.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Repulsion {
@@ -54,7 +80,7 @@ pub(super) struct Repulsion {
 
 impl Repulsion {
     /// Sums over the neighbours of a floater.
-    pub(super) fn new(own: Source, others: impl Iterator<Item = Source>) -> Self {
+    pub(super) fn new(own: Source, others: impl Iterator<Item = Source>, pairing: Pairing) -> Self {
         let mut sum = Repulsion::default();
         let own_rate = -0.5 / (own.radius * own.radius);
         for other in others {
@@ -73,14 +99,25 @@ impl Repulsion {
                 continue;
             }
             let energy = weight * scalar::exp(square * own_rate);
-            let back = if own.radius == other.radius {
-                energy
-            } else {
-                let ratio = own.radius / other.radius;
-                let other_rate = -0.5 / (other.radius * other.radius);
-                ratio * ratio * weight * scalar::exp(square * other_rate)
+            let push = match pairing {
+                _ if own.radius == other.radius => 2.0 * energy,
+                Pairing::Energies => {
+                    let ratio = own.radius / other.radius;
+                    let other_rate = -0.5 / (other.radius * other.radius);
+                    energy + ratio * ratio * weight * scalar::exp(square * other_rate)
+                }
+                Pairing::OnCurve | Pairing::OnSurface => {
+                    let mean = 0.5 * (own.radius + other.radius);
+                    let rate = -0.5 / (mean * mean);
+                    let scale = if pairing == Pairing::OnCurve {
+                        own.radius / mean
+                    } else {
+                        1.0
+                    };
+                    2.0 * scale * weight * scalar::exp(square * rate)
+                }
             };
-            sum.velocity += (energy + back) * offset;
+            sum.velocity += push * offset;
             sum.energy += energy;
             sum.energy_slope += square * energy;
         }
@@ -164,7 +201,7 @@ mod tests {
 
     #[test]
     fn the_lattice_is_in_equilibrium_and_its_density_is_known() {
-        let felt = Repulsion::new(source(0.0, 0.0), lattice());
+        let felt = Repulsion::new(source(0.0, 0.0), lattice(), Pairing::Energies);
         assert!(felt.velocity.length() < 1e-14);
         // Six at 2 σ, six at √12 σ.
         let expected = 6.0 * ((-2.0_f64).exp() + (-6.0_f64).exp());
@@ -172,7 +209,7 @@ mod tests {
         let density = density(3, felt.energy, 0.5) * 0.75_f64.sqrt();
         assert!((density - 1.0).abs() < 1e-3, "{density}");
         let line = [-2.0, -1.0, 1.0, 2.0].map(|x| source(x, 0.0));
-        let felt = Repulsion::new(source(0.0, 0.0), line.into_iter());
+        let felt = Repulsion::new(source(0.0, 0.0), line.into_iter(), Pairing::Energies);
         let density = super::density(2, felt.energy, 0.5);
         assert!((density - 1.0).abs() < 1e-3, "{density}");
     }
@@ -193,12 +230,45 @@ mod tests {
             };
             others.iter().map(pair).sum::<f64>()
         };
-        let felt = Repulsion::new(source(0.0, 0.0), others.into_iter());
+        let felt = Repulsion::new(source(0.0, 0.0), others.into_iter(), Pairing::Energies);
         for axis in [DVec3::X, DVec3::Y] {
             let h = 1e-5;
             let slope = (energy(h * axis) - energy(-h * axis)) / (2.0 * h);
             assert!((felt.velocity.dot(axis) + 0.25 * slope).abs() < 1e-8);
         }
+    }
+
+    #[test]
+    fn a_graded_line_is_in_equilibrium() {
+        let at = |x: f64, radius: f64| Source {
+            radius,
+            ..source(x, 0.0)
+        };
+        let others = || [at(-0.95, 0.45), at(1.05, 0.55)].into_iter();
+        let felt = Repulsion::new(at(0.0, 0.5), others(), Pairing::OnCurve);
+        assert!(felt.velocity.length() < 1e-15);
+        let felt = Repulsion::new(at(0.0, 0.5), others(), Pairing::Energies);
+        assert!(felt.velocity.x > 0.1);
+    }
+
+    #[test]
+    fn a_graded_lattice_is_in_equilibrium() {
+        // The image of the lattice under the conformal map w = exp(k z) / k, scaled by |dw/dz|.
+        let k = 0.05;
+        let image = |point: Source| {
+            let (growth, turn) = ((k * point.position.x).exp(), k * point.position.y);
+            let position = DVec3::new(growth * turn.cos() - 1.0, growth * turn.sin(), 0.0) / k;
+            Source {
+                position,
+                radius: 0.5 * growth,
+                ..point
+            }
+        };
+        let felt = |pairing| Repulsion::new(image(source(0.0, 0.0)), lattice().map(image), pairing);
+        let push = 2.0 * AMPLITUDE * (-2.0_f64).exp();
+        let rest = felt(Pairing::OnSurface).velocity.length();
+        assert!(rest < 0.2 * k * push, "{rest}");
+        assert!(felt(Pairing::Energies).velocity.length() > 5.0 * rest);
     }
 
     #[test]
@@ -211,7 +281,11 @@ mod tests {
             position: 0.3 * DVec3::Z,
             ..source(0.0, 0.0)
         };
-        let felt = Repulsion::new(source(0.0, 0.0), [back, above].into_iter());
+        let felt = Repulsion::new(
+            source(0.0, 0.0),
+            [back, above].into_iter(),
+            Pairing::Energies,
+        );
         assert_eq!(felt.velocity, DVec3::ZERO);
         assert_eq!(felt.energy, 0.0);
     }
@@ -226,7 +300,7 @@ mod tests {
             position: 0.5 * other.position,
             ..other
         });
-        let crowded = Repulsion::new(source(0.0, 0.0), crowd);
+        let crowded = Repulsion::new(source(0.0, 0.0), crowd, Pairing::Energies);
         assert!(crowded.radius_rate(0.5, desired_energy(3)) < 0.0);
     }
 }
