@@ -305,7 +305,9 @@ impl<'a> Harvest<'a> {
         let (lines, cost) = intersect(self.field, &segments, &self.wanted);
         self.cost.add(cost);
         for line in lines {
-            let number = line.crossings.len() as u64;
+            // Where F vanishes on a whole region, with F_x, there is no surface that has an area.
+            let regular = (line.crossings.iter()).filter(|c| c.point.here.gradient != DVec3::ZERO);
+            let number = regular.count() as u64;
             self.numbers.0 += number;
             self.numbers.1 += number * number;
             self.lengths.0 += line.inside;
