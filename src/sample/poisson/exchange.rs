@@ -19,6 +19,9 @@ const ASK: usize = 1 << 12;
 /// Gaps at least so wide, in ideal spacings, are worth finding the exact middle of.
 const WIDE: f64 = 0.7;
 
+/// Points as close as this, in ideal spacings, lie in the same gap.
+const GAP: f64 = 0.3;
+
 /// The sample and what is left of the cloud, each point with the nearest other one in the sample.
 pub(super) struct Exchange<'a> {
     cloud: &'a mut Cloud,
@@ -80,11 +83,21 @@ impl<'a> Exchange<'a> {
         let candidates = (0..self.cloud.positions.len() as u32).into_par_iter();
         let middles = candidates.filter_map(|index| {
             let (square, _) = self.nearest[index as usize];
-            (square >= wide * wide)
-                .then(|| self.middle(index))
-                .flatten()
+            let looks = square >= wide * wide && self.is_widest_around(index);
+            looks.then(|| self.middle(index)).flatten()
         });
         middles.collect()
+    }
+
+    /// Whether no point close by is farther from the sample: one in each gap.
+    fn is_widest_around(&self, index: u32) -> bool {
+        let close = GAP * self.cloud.spacing;
+        let own = self.nearest[index as usize].0;
+        let mut is_widest = true;
+        self.cloud.neighbours(index, |other, square| {
+            is_widest &= square > close * close || self.nearest[other as usize].0 <= own;
+        });
+        is_widest
     }
 
     fn middle(&self, index: u32) -> Option<DVec3> {
