@@ -51,6 +51,7 @@ pub(super) fn samples() -> Samples {
         radii: AWKWARD[..4].to_vec(),
         residuals: AWKWARD[5..].to_vec(),
         tangents: Vec::new(),
+        weights: Vec::new(),
     }
 }
 

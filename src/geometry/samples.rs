@@ -19,4 +19,7 @@ pub struct Samples {
     pub radii: Vec<f64>,
     /// |F| / |F_x|: the first-order distance from the zero set.
     pub residuals: Vec<f64>,
+    /// By what each point is to be weighed in means over the surface, where points are not spread
+    /// in proportion to area; empty where they all weigh the same.
+    pub weights: Vec<f64>,
 }

@@ -217,6 +217,19 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let proof = set.statistics.as_ref()?.proof?;
         number(proof.largest_left)
     }),
+    shown("lines", |set| number(lines(set)?.drawn as f64)),
+    shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
+    shown("length_error", |set| {
+        in_plane(set, lines(set)?.area, |e| e.error)
+    }),
+    shown("area", |set| estimated_area(set, |e| e.value)),
+    shown("area_error", |set| estimated_area(set, |e| e.error)),
+    shown("volume", |set| {
+        in_space(set, lines(set)?.volume, |e| e.value)
+    }),
+    shown("volume_error", |set| {
+        in_space(set, lines(set)?.volume, |e| e.error)
+    }),
     hidden("points", |set| {
         Some(points(&set.samples.positions, set.samples.dimension))
     }),
@@ -233,6 +246,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
     hidden("residuals", |set| {
         Some(Value::numbers(set.samples.residuals.iter().copied()))
     }),
+    hidden("weights", |set| {
+        let weights = &set.samples.weights;
+        (!weights.is_empty()).then(|| Value::numbers(weights.iter().copied()))
+    }),
     hidden("spacing", |set| {
         set.spacing().and_then(|spacing| number(spacing.mean))
     }),
@@ -244,6 +261,29 @@ const SAMPLES: &[Property<SampleSet>] = &[
 /// What continuation tells of curves.
 fn walked(set: &SampleSet) -> Option<&sample::CurveStatistics> {
     set.statistics.as_ref()?.curves.as_ref()
+}
+
+/// What lines have told of samples.
+fn lines(set: &SampleSet) -> Option<&sample::Lines> {
+    set.statistics.as_ref()?.lines.as_ref()
+}
+
+type Part = fn(sample::Estimate) -> f64;
+
+fn in_plane(set: &SampleSet, estimate: Option<sample::Estimate>, part: Part) -> Option<Value> {
+    let estimate = estimate.filter(|_| set.samples.dimension == 2)?;
+    number(part(estimate))
+}
+
+fn in_space(set: &SampleSet, estimate: Option<sample::Estimate>, part: Part) -> Option<Value> {
+    let estimate = estimate.filter(|_| set.samples.dimension == 3)?;
+    number(part(estimate))
+}
+
+/// The area of a surface; that which a curve encloses.
+fn estimated_area(set: &SampleSet, part: Part) -> Option<Value> {
+    let lines = lines(set)?;
+    in_plane(set, lines.volume, part).or_else(|| in_space(set, lines.area, part))
 }
 
 const CURVES: &[Property<CurveSet>] = &[
@@ -358,7 +398,10 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
     };
     let mut error = failure(Code::UnknownProperty, message).at(name.span, "not there");
     error.help = if known {
-        Some("it is only defined for closed and manifold results".into())
+        Some(match value {
+            Value::Samples(_) => "it is given by some methods only".into(),
+            _ => "it is only defined for closed and manifold results".into(),
+        })
     } else {
         match suggest::nearest(&name.text, names.iter().copied()) {
             Some(near) => Some(format!("did you mean `{near}`?")),

@@ -20,7 +20,7 @@
 //!
 //! Limits: points on creases lie on either side rather than exactly on the edge.
 
-mod balance;
+pub(super) mod balance;
 mod fission;
 mod neighbours;
 mod population;
@@ -147,6 +147,7 @@ pub(super) fn floaters(
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
         curves: None,
+        lines: None,
     };
     Ok(Outcome {
         samples,

@@ -12,24 +12,34 @@
 //! rule (`flight`), Newton's polish (`newton`), a release of particles from a box, through flight
 //! and polish (`release`), and the search for the right box (`search`).
 //! [`thin()`] makes a sample sparser and more even.
+//!
+//! Three methods work with lines, on which all roots are found (`lines`): points of random lines
+//! (`rays`), which tell area and volume too, points on the edges of a grid (`grid`), and blue noise,
+//! for which a dense sample by rays is thinned out (`poisson`).
 
 mod cover;
 mod dynamic;
 mod evaluation;
 mod flight;
 mod floaters;
+mod grid;
 mod kinematic;
+mod lines;
 mod newton;
 mod particle;
+mod poisson;
 mod radii;
 mod random;
+mod rays;
 mod release;
 mod search;
 mod statistics;
 mod thin;
 mod trace;
 
-pub use statistics::{CurveComponent, CurveStatistics, Dropped, Proof, Statistics};
+pub use statistics::{
+    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics,
+};
 pub use thin::{Keep, thin};
 
 use std::fmt;
@@ -60,6 +70,14 @@ pub enum Method {
     /// Continuation: along curves in R2, and in R3 those on which two fields vanish
     /// ([`sample_curve`]), at exactly equal distances; over surfaces, by a front of points.
     Trace,
+    /// The points in which random lines meet the surface: uniformly distributed, independent. For
+    /// fields in R2 and R3.
+    Rays,
+    /// The points in which the edges of a regular grid meet the surface. In R1 all roots.
+    Grid,
+    /// Random points none of which is close to another one: of many that random lines meet, those
+    /// that crowd are eliminated. For fields in R2 and R3.
+    Poisson,
 }
 
 impl Method {
@@ -69,7 +87,15 @@ impl Method {
         (Method::Kinematic, "kinematic"),
         (Method::Dynamic, "dynamic"),
         (Method::Trace, "trace"),
+        (Method::Rays, "rays"),
+        (Method::Grid, "grid"),
+        (Method::Poisson, "poisson"),
     ];
+
+    /// Whether the method finds its points on lines through a box, which must then be given.
+    pub fn uses_lines(self) -> bool {
+        matches!(self, Method::Rays | Method::Grid | Method::Poisson)
+    }
 
     /// The name under which it is asked for.
     pub fn name(self) -> &'static str {
@@ -97,8 +123,9 @@ pub struct Options {
     /// The largest number of particles.
     pub count_limit: u64,
     /// The distance between neighbouring floaters, instead of a count: that of the hexagonal
-    /// pattern with as many points on the same area; or that between points of continuation, on
-    /// closed curves rounded to a part of the length. Other methods know no spacing.
+    /// pattern with as many points on the same area, also for rays and Poisson samples; that between
+    /// points of continuation, on closed curves rounded to a part of the length; or the sides of the
+    /// grid's cells. Particles that are released know no spacing.
     pub spacing: Option<f64>,
     /// The spacing of floaters as a function of the place. With a count only its ratios matter.
     pub varying: Option<Varying>,
@@ -122,6 +149,8 @@ pub struct Options {
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
     /// particles start all over the bounds.
     pub search_limit: u32,
+    /// The direction of rays; `None`: every direction. Components beyond the dimension don't count.
+    pub direction: Option<DVec3>,
 }
 
 /// The spacing that is wanted at each point, as the value of a field of as many coordinates as
@@ -162,6 +191,7 @@ impl Default for Options {
             friction: 0.05,
             iteration_limit: 1000,
             search_limit: 10,
+            direction: None,
         }
     }
 }
@@ -311,6 +341,9 @@ pub fn sample(
                 monitor,
             )
         }
+        Method::Rays => rays::rays(field, start_box, options, monitor),
+        Method::Grid => grid::grid(field, start_box, options, monitor),
+        Method::Poisson => poisson::poisson(field, start_box, options, monitor),
     }
 }
 
@@ -370,6 +403,7 @@ fn particles(
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
         curves: None,
+        lines: None,
     };
     Ok(Outcome {
         samples,
@@ -388,11 +422,19 @@ fn samples(dimension: usize, points: &[Point]) -> Samples {
         radii,
         tangents: Vec::new(),
         positions,
+        weights: Vec::new(),
     }
 }
 
 /// The box in which the search begins: the bounds, or -1..1.
 fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError> {
+    if options.bounds.is_none() && options.method.uses_lines() {
+        return Err(out_of_range(
+            "bounds",
+            "a box, through which lines are drawn,",
+            "left out".to_owned(),
+        ));
+    }
     let corner = |value: f64| {
         DVec3::from_array([0, 1, 2].map(|axis| if axis < dimension { value } else { 0.0 }))
     };
@@ -437,7 +479,7 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if !(spacing > 0.0 && spacing.is_finite()) {
             return range("spacing", "greater than 0 and finite", &spacing);
         }
-        if !matches!(options.method, Method::Floaters | Method::Trace) {
+        if matches!(options.method, Method::Kinematic | Method::Dynamic) {
             return range("spacing", "left out with this method", &spacing);
         }
         if options.count.is_some() {
@@ -455,6 +497,15 @@ fn check(options: &Options) -> Result<(), SampleError> {
     }
     if !(options.friction > 0.0 && options.friction <= 1.0) {
         return range("friction", "above 0 and at most 1", &options.friction);
+    }
+    if let Some(direction) = options.direction {
+        if options.method != Method::Rays {
+            return range("direction", "left out with this method", &direction);
+        }
+        let length = evaluation::length(direction);
+        if !(length > 0.0 && length.is_finite()) {
+            return range("direction", "a finite vector that is not 0", &direction);
+        }
     }
     if options.iteration_limit == 0 {
         return range("iteration_limit", "at least 1", &options.iteration_limit);

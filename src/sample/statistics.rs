@@ -6,7 +6,7 @@ use crate::geometry::Bounds;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statistics {
     /// Particles released for the final sample, or floaters that are put on the surface in the end
-    /// (without any, the particles that were to find seeds).
+    /// (without any, the particles that were to find seeds), or lines that were drawn.
     pub started: u64,
     /// Points in the final sample: `started` without the dropped ones.
     pub points: u64,
@@ -45,6 +45,8 @@ pub struct Statistics {
     pub singular: u64,
     /// What continuation tells of curves.
     pub curves: Option<CurveStatistics>,
+    /// What lines met, where the method works with lines.
+    pub lines: Option<Lines>,
 }
 
 /// What is known of curves that were walked along.
@@ -87,6 +89,36 @@ pub struct CurveComponent {
     pub length: f64,
     /// Whether it ends where it begins.
     pub closed: bool,
+}
+
+/// What is known from the lines that were drawn through the box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lines {
+    /// How many lines.
+    pub drawn: u64,
+    /// Points in which a line may only touch the surface, or lies in it.
+    pub touching: u64,
+    /// Places on lines where it could not be decided whether there is a root, and where nothing is a
+    /// zero to the tolerance: poles, jumps, ends of the domain.
+    pub undecided: u64,
+    /// Whether no root was missed, up to the rounding of F. Only fields that are compiled give the
+    /// enclosures for that.
+    pub proven: bool,
+    /// Enclosures of F, or of F and F_x, on one box.
+    pub enclosures: u64,
+    /// The area of the surface in the box; in R2 the length of the curve.
+    pub area: Option<Estimate>,
+    /// The volume in the box on which F < 0; in R2 the area.
+    pub volume: Option<Estimate>,
+}
+
+/// An estimated number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// The mean.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
 }
 
 /// A cover of the zero set by cells in each of which it is proven to be connected.

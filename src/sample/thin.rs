@@ -71,6 +71,7 @@ pub fn thin(samples: &Samples, delta: f64, keep: Keep<'_>) -> Result<Samples, Sa
             (false, Keep::Representative) => pick(&samples.tangents, &representatives),
             _ => Vec::new(),
         },
+        weights: Vec::new(),
     };
     if let Keep::Barycenter(field) = keep {
         let barycentres = buckets

@@ -48,7 +48,7 @@ pub(super) enum Command {
     Mesh(Mesh),
     /// Samples a field's zero set with particles
     #[command(
-        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000"
+        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000\n  imp sample examples/heart.imp --method rays --count 100000 --json"
     )]
     Sample(Sample),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
@@ -215,13 +215,13 @@ pub(super) struct Sample {
     #[command(flatten)]
     pub(super) subject: Subject,
     /// The method: floaters (evenly spread), kinematic or dynamic (random), trace (from point to
-    /// point)
+    /// point), rays (random lines), poisson (random, at a distance) or grid
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// The distance between neighbouring floaters or traced points
+    /// The distance between neighbouring points, or the side of the grid's cells
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) spacing: Option<String>,
-    /// How many floaters, or how many other particles are released
+    /// How many points, or how many particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
     /// Points from which floaters start [default: one or more on every component]
@@ -233,6 +233,9 @@ pub(super) struct Sample {
     /// The friction of dynamic particles
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
+    /// The direction of rays, as in "[0, 0, 1]"; without it they have all directions
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) direction: Option<String>,
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,

@@ -42,6 +42,7 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         ("seeds", command.seeds.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),
+        ("direction", command.direction.as_deref()),
         ("tolerance", command.tolerance.as_deref()),
     ];
     make("sample", &command.subject, &flags, &command.common)

@@ -1,8 +1,11 @@
 //! Fields with closed forms, gradients by hand, for the tests of the samplers.
 
 use glam::DVec3;
-use imp::engine::{Field, Silent};
+use std::sync::Arc;
+
+use imp::engine::{CompiledField, Field, Program, Silent};
 use imp::geometry::Bounds;
+use imp::graph::{Graph, NodeId, Op};
 use imp::sample::{Method, Options, Outcome, sample};
 
 /// A field from a function that gives F and F_x at a point.
@@ -156,4 +159,43 @@ pub(crate) fn particles() -> Options {
 /// Samples without a monitor, with options that are right.
 pub(crate) fn run(field: &dyn Field, options: &Options) -> Outcome {
     sample(field, options, &Silent).unwrap()
+}
+
+/// A field of a program, which gives enclosures.
+pub(crate) fn compiled(
+    dimension: usize,
+    make: impl FnOnce(&mut Graph, [NodeId; 3]) -> NodeId,
+) -> CompiledField {
+    let mut graph = Graph::new();
+    let coordinates = [0, 1, 2].map(|axis| graph.coordinate(axis));
+    let root = make(&mut graph, coordinates);
+    let program = Program::new(&graph, &[root], dimension);
+    CompiledField::new(Arc::new(program), Vec::new())
+}
+
+/// Σ (x_i / r_i)² − 1 over as many axes as there are radii.
+pub(crate) fn ellipsoid(radii: &[f64]) -> CompiledField {
+    compiled(radii.len(), |graph, coordinates| {
+        let mut sum = graph.constant(-1.0);
+        for (coordinate, &radius) in coordinates.into_iter().zip(radii) {
+            let radius = graph.constant(radius);
+            let part = graph.apply(Op::Divide, &[coordinate, radius]);
+            let square = graph.apply(Op::Multiply, &[part, part]);
+            sum = graph.apply(Op::Add, &[sum, square]);
+        }
+        sum
+    })
+}
+
+/// (√(x² + y²) - R)² + z² - r² with R = 1, r = 0.3, compiled.
+pub(crate) fn compiled_torus() -> CompiledField {
+    compiled(3, |graph, [x, y, z]| {
+        let ring = graph.apply(Op::Hypot, &[x, y]);
+        let one = graph.constant(1.0);
+        let off = graph.apply(Op::Subtract, &[ring, one]);
+        let [off, z] = [off, z].map(|side| graph.apply(Op::Multiply, &[side, side]));
+        let sum = graph.apply(Op::Add, &[off, z]);
+        let tube = graph.constant(0.09);
+        graph.apply(Op::Subtract, &[sum, tube])
+    })
 }

@@ -2,7 +2,11 @@
 
 mod fields;
 mod floaters;
+mod grid;
+mod lines;
 mod options;
 mod particles;
+mod poisson;
+mod rays;
 mod thinning;
 mod trace;

@@ -75,6 +75,7 @@ fn coincident_points_become_one_and_none_stay_none() {
         radii: vec![0.0; 3],
         residuals: vec![0.0; 3],
         tangents: Vec::new(),
+        weights: Vec::new(),
     };
     let one = thin(&three, 0.5, Keep::Representative).unwrap();
     assert_eq!(one.positions, [DVec3::X]);

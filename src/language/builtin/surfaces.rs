@@ -46,8 +46,9 @@ pub(super) const TABLE: &[Builtin] = &[
             "bounds =",
             "tolerance = 1e-9",
             "friction = 0.05",
+            "direction =",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. The box is `bounds`, or what `over` says, or, for floaters and \"trace\", one that provably holds the whole zero set; without any the surface is searched for.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
         sample,
     ),
     action(
@@ -330,10 +331,11 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             arguments.bad("method", message)
         })?,
     };
-    let bounds = match given {
-        None if method == Method::Trace => Some(common_box(&fields, arguments)?),
-        None if method == Method::Floaters => proven_box(&fields[0], arguments)?,
-        given => given,
+    let bounds = match (given, method) {
+        (Some(bounds), _) => Some(bounds),
+        (None, Method::Kinematic | Method::Dynamic) => None,
+        (None, Method::Floaters) => proven_box(&fields[0], arguments)?,
+        (None, _) => Some(common_box(&fields, arguments)?),
     };
     let mut options = sample::Options {
         method,
@@ -363,6 +365,12 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(friction) = arguments.positive(session, "friction")? {
         options.friction = friction;
     }
+    if let Some(direction) = arguments.plain(session, "direction")? {
+        let vector = vector_of(&direction, field.dimension());
+        let expected = "a vector, as in `[0, 0, 1]`";
+        options.direction =
+            Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
+    }
     let outcome = match fields.as_slice() {
         [first, second] => sample::sample_curve([first, second], &options, &session.monitor()),
         [field, ..] => sample::sample(field, &options, &session.monitor()),
@@ -371,10 +379,14 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
     let statistics = outcome.statistics;
     if outcome.samples.positions.is_empty() {
-        let message = match method {
-            Method::Trace => "the field has no zero in the box that could be found".to_owned(),
-            _ => format!(
+        let message = match (method, &statistics.lines) {
+            (Method::Trace, _) => "the field has no zero in the box that could be found".to_owned(),
+            (_, None) => format!(
                 "none of the {} particles found a zero of the field",
+                statistics.started
+            ),
+            (_, Some(_)) => format!(
+                "none of the {} lines through the box met a zero of the field",
                 statistics.started
             ),
         };
@@ -385,6 +397,21 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     warn_about_samples(session, arguments, &statistics);
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
+}
+
+/// The vector that a list of numbers stands for.
+fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
+    let Value::List(components) = value else {
+        return None;
+    };
+    let mut vector = DVec3::ZERO;
+    for (axis, component) in components.iter().enumerate() {
+        match component {
+            Value::Number(number) if axis < dimension => vector[axis] = *number,
+            _ => return None,
+        }
+    }
+    (components.len() == dimension).then_some(vector)
 }
 
 /// A spacing that is a field, or a function of a point or of coordinates.
@@ -424,20 +451,10 @@ fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
     let Value::List(points) = value else {
         return None;
     };
-    let point = |point: &Value| {
-        let Value::List(coordinates) = point else {
-            return None;
-        };
-        let mut position = DVec3::ZERO;
-        for (axis, coordinate) in coordinates.iter().enumerate() {
-            match coordinate {
-                Value::Number(number) if axis < dimension => position[axis] = *number,
-                _ => return None,
-            }
-        }
-        (coordinates.len() == dimension).then_some(position)
-    };
-    points.iter().map(point).collect()
+    points
+        .iter()
+        .map(|point| vector_of(point, dimension))
+        .collect()
 }
 
 /// A box that provably holds the whole zero set, if one can be found. That there is no zero at
@@ -528,6 +545,9 @@ fn warn_about_samples(
             .help("all points lie on the zero set, but maybe not evenly; sharp creases and details smaller than the spacing keep floaters moving");
         session.host.warn(warning);
     }
+    if let Some(lines) = &statistics.lines {
+        warn_about_lines(session, arguments, statistics, lines);
+    }
     let of_particles = statistics.births.is_none();
     if of_particles && (statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0) {
         let warning = Diagnostic::warning(
@@ -548,13 +568,47 @@ fn warn_about_samples(
         let warning = Diagnostic::warning(
             Code::NanRegion,
             format!(
-                "the field or its gradient was not a number at {} of {} points that particles \
-                 visited",
+                "the field or its gradient was not a number at {} of {} points that were looked at",
                 statistics.nan_points, statistics.evaluations
             ),
         )
         .label(arguments.span, "sampled here");
         session.host.warn(warning);
+    }
+}
+
+fn warn_about_lines(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+    lines: &sample::Lines,
+) {
+    let mut warn = |code, message: String, help: &str| {
+        let warning = Diagnostic::warning(code, message)
+            .label(arguments.span, "sampled here")
+            .help(help);
+        session.host.warn(warning);
+    };
+    if !statistics.converged {
+        warn(
+            Code::DroppedPoints,
+            format!(
+                "only {} points were found on {} lines: the surface is too small for its box",
+                statistics.points, lines.drawn
+            ),
+            "give `bounds` that are closer to the surface",
+        );
+    }
+    if lines.undecided > 0 {
+        warn(
+            Code::PoorRoots,
+            format!(
+                "at {} places on {} lines the field jumps, has a pole, ends, or could not be \
+                 enclosed closely: they give no points",
+                lines.undecided, lines.drawn
+            ),
+            "a pole such as 1/x changes its sign without a zero",
+        );
     }
 }
 

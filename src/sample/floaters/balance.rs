@@ -56,7 +56,7 @@ const DIRECTIONS: [(f64, f64); 12] = {
 };
 
 /// The number of floaters (not rounded) that cover an area with this spacing.
-pub(super) fn number_for(dimension: usize, area: f64, spacing: f64) -> f64 {
+pub(in crate::sample) fn number_for(dimension: usize, area: f64, spacing: f64) -> f64 {
     if dimension == 2 {
         area / spacing
     } else {
@@ -65,7 +65,7 @@ pub(super) fn number_for(dimension: usize, area: f64, spacing: f64) -> f64 {
 }
 
 /// The spacing of so many floaters on an area, in the ideal pattern.
-pub(super) fn spacing_for(dimension: usize, area: f64, number: f64) -> f64 {
+pub(in crate::sample) fn spacing_for(dimension: usize, area: f64, number: f64) -> f64 {
     if dimension == 2 {
         area / number
     } else {
