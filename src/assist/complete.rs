@@ -94,6 +94,33 @@ pub fn complete(text: &str, offset: usize, surroundings: &Surroundings) -> Vec<C
     Completer::new(scan, offset, surroundings).run()
 }
 
+/// A call that is being written.
+#[derive(Clone, Debug)]
+pub struct Call {
+    /// What is called.
+    pub callee: Known,
+    /// Which of its parameters is being given, if it has so many.
+    pub parameter: Option<usize>,
+}
+
+/// The innermost call of something known in whose parentheses `offset` lies. Takes time linear in
+/// the text.
+pub fn call_at(text: &str, offset: usize, surroundings: &Surroundings) -> Option<Call> {
+    let mut words = words(text);
+    words.retain(|word| !word.kind.is_comment());
+    let scan = Scan::new(text, &words, offset);
+    let mut completer = Completer::new(scan, offset, surroundings);
+    // Lists and other brackets in an argument belong to the call.
+    while let Some(frame) = completer.scan.frames.last() {
+        if let Some(callee) = completer.callee() {
+            let parameter = completer.parameter(frame.start, &callee);
+            return Some(Call { callee, parameter });
+        }
+        completer.scan.frames.pop();
+    }
+    None
+}
+
 struct Completer<'text> {
     scan: Scan<'text>,
     offset: usize,
@@ -313,6 +340,34 @@ impl<'text> Completer<'text> {
             );
             self.offer_text(&format!("{name} ="), &known);
         }
+    }
+
+    /// The place of the parameter that the argument which begins at this word is for.
+    fn parameter(&self, start: usize, callee: &Known) -> Option<usize> {
+        let opener = self.opener()?;
+        let names = callee.parameters.iter().map(|one| parameter_name(one));
+        if self.scan.shown(start + 1) == "=" {
+            let name = self.scan.shown(start);
+            return names.into_iter().position(|known| known == name);
+        }
+        let mut depth = 0;
+        let mut before = 0;
+        for place in opener + 1..start {
+            match self.scan.words[place].kind {
+                kind if kind.opens() => depth += 1,
+                kind if kind.closes() => depth -= 1,
+                WordKind::Punctuation if depth == 0 && self.scan.shown(place) == "," => before += 1,
+                _ => {}
+            }
+        }
+        // `a.f(b)` is `f(a, b)`, but not where a is a module.
+        let point = opener >= 3 && self.scan.shown(opener - 2) == ".";
+        if point && self.members_of(opener - 3).is_none() {
+            before += 1;
+        }
+        let last = callee.parameters.len().checked_sub(1)?;
+        let goes_on = callee.parameters[last].ends_with(['.', '…']);
+        (before <= last || goes_on).then_some(before.min(last))
     }
 
     /// The function in whose call the place is.

@@ -6,12 +6,16 @@
 //! nearly always broken there; the index reads the tree.
 
 mod complete;
+mod folds;
 mod highlight;
+pub mod index;
 mod outline;
+pub mod project;
 mod scan;
 mod surroundings;
 pub mod vocabulary;
 
-pub use complete::{Completion, Kind, complete};
+pub use complete::{Call, Completion, Kind, call_at, complete};
+pub use folds::{Fold, folds};
 pub use highlight::{Class, Highlight, highlight};
 pub use surroundings::{Known, Surroundings, kind_and_value, parameter_ranges};

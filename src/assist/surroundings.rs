@@ -76,8 +76,11 @@ impl Known {
         let (kind, detail) = match value {
             Value::Function(function) => (Kind::Function, function_signature(function)),
             Value::Field(field) => {
+                let domain = field.domain().map(product::sides);
+                let over = domain.map(|sides| format!(" over {}", show(&sides, None)));
                 let dimension = field.dimension();
-                (Kind::Field, format!("a field in R{dimension}"))
+                let over = over.unwrap_or_default();
+                (Kind::Field, format!("a field in R{dimension}{over}"))
             }
             Value::Module(_) => (Kind::Module, value.kind().to_owned()),
             other => (Kind::Variable, kind_and_value(other)),

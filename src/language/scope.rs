@@ -110,6 +110,22 @@ impl Scope {
         names
     }
 
+    /// The names that have values here, without those around, sorted.
+    pub(super) fn values_here(&self) -> Vec<(Arc<str>, Value)> {
+        let bindings = self.bindings.borrow();
+        let mut values: Vec<(Arc<str>, Value)> = bindings
+            .iter()
+            .filter_map(|(name, binding)| match binding {
+                Binding::Constant(value) | Binding::Variable(value) => {
+                    Some((Arc::clone(name), value.clone()))
+                }
+                Binding::Lazy(..) | Binding::Library(..) => None,
+            })
+            .collect();
+        values.sort_by(|(left, _), (right, _)| left.cmp(right));
+        values
+    }
+
     /// The scope around this one.
     pub(super) fn parent(&self) -> Option<&Rc<Scope>> {
         self.parent.as_ref()

@@ -346,6 +346,11 @@ impl Session {
         &self.fields
     }
 
+    /// The names of the file that have values, in alphabetical order.
+    pub fn values(&self) -> Vec<(Arc<str>, Value)> {
+        self.main.scope.values_here()
+    }
+
     /// The parameters of the file.
     pub fn parameters(&self) -> &Parameters {
         &self.parameters

@@ -15,6 +15,7 @@ mod number;
 mod parser;
 mod token;
 pub mod tree;
+pub mod walk;
 pub mod words;
 
 use crate::diagnostic::{Code, Diagnostic, SourceId, Span};

@@ -82,6 +82,13 @@ pub fn keywords() -> impl Iterator<Item = &'static str> {
     Token::keywords().map(Token::text)
 }
 
+/// Whether a text is a name and nothing else.
+pub fn is_name(text: &str) -> bool {
+    let words = words(text);
+    let is_one = matches!(&words[..], [word] if word.kind == WordKind::Name && word.range == (0..text.len()));
+    is_one && text.chars().all(lexer::is_name_character)
+}
+
 /// The words of a text, in order. Takes time linear in the text.
 pub fn words(text: &str) -> Vec<Word> {
     let source = SourceId(0);

@@ -175,3 +175,25 @@ fn no_place_in_a_broken_text_is_too_much() {
         complete(text, offset, &Surroundings::default());
     }
 }
+
+#[test]
+fn calls_know_which_argument_is_being_written() {
+    let call = |marked: &str| {
+        let offset = marked.find('‸').expect("a place");
+        let text = marked.replace('‸', "");
+        call_at(&text, offset, &Surroundings::default())
+            .map(|call| (call.callee.name.to_string(), call.parameter))
+    };
+    let is = |name: &str, parameter| Some((name.to_owned(), parameter));
+    assert_eq!(call("atan2(‸"), is("atan2", Some(0)));
+    assert_eq!(call("atan2(1, ‸)"), is("atan2", Some(1)));
+    assert_eq!(call("atan2([1, ‸2], 3)"), is("atan2", Some(0)));
+    assert_eq!(call("atan2(norm([1, 2]), ‸)"), is("atan2", Some(1)));
+    assert_eq!(call("polygonize(f, cell = ‸)"), is("polygonize", Some(2)));
+    assert_eq!(call("f.polygonize(‸)"), is("polygonize", Some(1)));
+    assert_eq!(call("ease.in_quad(‸)"), is("in_quad", Some(0)));
+    assert_eq!(call("fn own(a, b) = a\nown(1, ‸"), is("own", Some(1)));
+    assert_eq!(call("max(1, 2, 3, ‸)"), is("max", Some(0)));
+    assert_eq!(call("(1 + ‸)"), None);
+    assert_eq!(call("atan2(1, 2)‸"), None);
+}
