@@ -67,6 +67,11 @@ pub(super) enum Command {
     /// Says what the code of a message means, with an example and its repair
     #[command(after_help = "Examples:\n  imp explain E0105\n  imp explain")]
     Explain(Explain),
+    /// Serves an editor: speaks the language server protocol over standard input and output
+    #[command(
+        after_help = "An editor starts it. In Helix's languages.toml, for example:\n  [language-server.imp]\n  command = \"imp\"\n  args = [\"lsp\"]\n\nIt ends with 0 after `shutdown` and `exit`, else with 1."
+    )]
+    Lsp(Lsp),
     /// Prints the intermediate forms of a field
     #[command(after_help = "Example:\n  imp dump examples/torus.imp torus --graph")]
     Dump(Dump),
@@ -327,6 +332,13 @@ pub(super) struct Explain {
 }
 
 #[derive(Args, Debug)]
+pub(super) struct Lsp {
+    /// Changes nothing: there is no other way to speak, but some editors ask for this one
+    #[arg(long)]
+    pub(super) stdio: bool,
+}
+
+#[derive(Args, Debug)]
 pub(super) struct Dump {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
@@ -364,7 +376,7 @@ impl Command {
             Command::Doc(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
-            Command::Explain(_) => return None,
+            Command::Explain(_) | Command::Lsp(_) => return None,
         })
     }
 }

@@ -12,6 +12,7 @@ mod dump;
 mod eval;
 mod explain;
 mod info;
+mod lsp;
 mod make;
 mod output;
 mod progress;
@@ -102,6 +103,7 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
         Command::Explain(command) => explain::explain(command),
+        Command::Lsp(command) => lsp::lsp(command),
     }
 }
 
