@@ -39,9 +39,13 @@ fn main() -> Result<(), Failure> {
     diagnostics(&mut output, 0)?;
     let mut times = Vec::new();
     for version in 1..=KEYSTROKES {
-        // A digit in the middle of the file.
-        let place = json!({ "line": LINES / 2, "character": "let v".len() + 14 });
-        let change = json!({ "range": { "start": place, "end": place }, "text": " " });
+        // A digit of a constant in the middle of the file.
+        let at = |character: usize| json!({ "line": LINES / 2 + 2, "character": character });
+        let column = "let value_0000 = ".len();
+        let change = json!({
+            "range": { "start": at(column), "end": at(column + 1) },
+            "text": (version % 9 + 1).to_string(),
+        });
         let params = json!({
             "textDocument": { "uri": URI, "version": version },
             "contentChanges": [change],

@@ -295,7 +295,7 @@ fn definitions_lead_into_imported_files() {
     // The text in the editor counts, not the one on disk, and its users are checked again.
     client.open(&part_uri, part);
     client.diagnostics(&part_uri, 1);
-    let from = at(&part_uri, part, "size in", 0);
+    let from = at(&part_uri, part, "size =", 0);
     assert_eq!(from["position"]["line"], 1);
     client.change(&part_uri, 2, json!([{ "text": "param other = 1\n" }]));
     loop {
@@ -313,4 +313,39 @@ fn definitions_lead_into_imported_files() {
         "{message}"
     );
     assert_eq!(client.finish(), 0);
+}
+
+/// What is completed in strings is what the functions themselves name when they are given
+/// something else.
+#[test]
+fn strings_that_are_completed_are_those_that_functions_take() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("wrong.imp");
+    for (function, parameter, call) in [
+        ("polygonize", "method", "polygonize(f, method = \"?\")"),
+        ("sample", "method", "sample(f, method = \"?\", bounds = -2..2)"),
+        ("plot", "style", "plot(f, style = \"?\", bounds = -2..2)"),
+        (
+            "thin",
+            "keep",
+            "thin(sample(f, count = 10, bounds = -2..2), 0.1, keep = \"?\")",
+        ),
+    ] {
+        let text = format!("field f(x, y) = x^2 + y^2 - 1\nlet a = {call}\n");
+        std::fs::write(&file, text).expect("a file");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_imp"))
+            .args(["run", "--json"])
+            .arg(&file)
+            .output()
+            .expect("an output");
+        let result: Json = serde_json::from_slice(&output.stdout).expect("an error as JSON");
+        let message = result["error"]["message"].as_str().expect("a message");
+        let quoted = message.split('"').skip(1).step_by(2);
+        let mut named: Vec<&str> = quoted.filter(|word| *word != "?").collect();
+        named.sort_unstable();
+        let function = imp::language::builtin::find(function).expect("a function");
+        let mut known = imp::language::builtin::choices(function, parameter);
+        known.sort_unstable();
+        assert_eq!(named, known, "{message}");
+    }
 }

@@ -143,7 +143,6 @@ fn places_outside_of_the_text_are_no_danger() {
             "textDocument": { "uri": URI },
             "position": place,
             "range": { "start": place, "end": { "line": 0, "character": 0 } },
-            "context": { "includeDeclaration": true, "diagnostics": [] },
         });
         for method in [
             "hover",
@@ -156,8 +155,8 @@ fn places_outside_of_the_text_are_no_danger() {
             "semanticTokens/range",
         ] {
             let mut params = params.clone();
-            if method == "completion" {
-                params["context"] = json!({ "triggerKind": 1 });
+            if matches!(method, "references" | "codeAction") {
+                params["context"] = json!({ "includeDeclaration": true, "diagnostics": [] });
             }
             client.request(&format!("textDocument/{method}"), params);
         }

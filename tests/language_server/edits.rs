@@ -59,7 +59,7 @@ fn names_are_changed_in_open_files_and_on_disk() {
     let after = |name: &str, text: &str| edited(text, &changes[address(name).as_str()]);
     assert_eq!(
         after("part.imp", part),
-        "param extent_of_it = 1\nfn grown(by) = extent_of_it * by\n"
+        "param extent_of_it = 1\nfn grown(times) = extent_of_it * times\n"
     );
     assert_eq!(
         after("main.imp", main),
