@@ -323,7 +323,11 @@ fn strings_that_are_completed_are_those_that_functions_take() {
     let file = folder.path().join("wrong.imp");
     for (function, parameter, call) in [
         ("polygonize", "method", "polygonize(f, method = \"?\")"),
-        ("sample", "method", "sample(f, method = \"?\", bounds = -2..2)"),
+        (
+            "sample",
+            "method",
+            "sample(f, method = \"?\", bounds = -2..2)",
+        ),
         ("plot", "style", "plot(f, style = \"?\", bounds = -2..2)"),
         (
             "thin",
