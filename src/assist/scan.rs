@@ -168,12 +168,8 @@ impl<'text> Scan<'text> {
                     ..Frame::default()
                 });
             }
-            _ if kind.closes() => {
-                // The file is never closed.
-                if self.frames.len() > 1 {
-                    self.frames.pop();
-                }
-            }
+            // The file is never closed.
+            _ if kind.closes() => self.frames.truncate(self.frames.len().max(2) - 1),
             WordKind::StatementEnd => self.end_statement(place),
             WordKind::Punctuation if self.shown(place) == "," && !self.is_in_statements() => {
                 let frame = self.frame();
