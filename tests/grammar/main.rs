@@ -1,0 +1,8 @@
+//! The grammars in `grammar/` against the parser and against each other: sentences made from the
+//! formal grammar, programs, and what editors read.
+
+mod generator;
+mod layout;
+mod notation;
+mod random;
+mod sentences;
