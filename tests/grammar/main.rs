@@ -6,3 +6,4 @@ mod layout;
 mod notation;
 mod random;
 mod sentences;
+mod tree_sitter;

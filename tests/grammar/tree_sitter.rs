@@ -1,0 +1,110 @@
+//! tree-sitter's grammar: what Imp reads without a diagnostic, it reads without an error.
+
+use std::path::{Path, PathBuf};
+
+use imp::diagnostic::SourceId;
+use imp::syntax::parse;
+use tree_sitter::{Language, Node, Parser, Query};
+
+use crate::generator::Generator;
+use crate::sentences::{SEED, SENTENCES, formal_grammar};
+
+pub(crate) fn parser() -> Parser {
+    let mut parser = Parser::new();
+    parser
+        .set_language(&tree_sitter_imp::LANGUAGE.into())
+        .expect("the language is for this version of tree-sitter");
+    parser
+}
+
+/// The first error in a tree, or what is missing in it.
+fn mistake(node: Node<'_>) -> Option<Node<'_>> {
+    if node.is_error() || node.is_missing() {
+        return Some(node);
+    }
+    (0..node.child_count() as u32)
+        .filter_map(|index| node.child(index))
+        .find(Node::has_error)
+        .and_then(mistake)
+        .or_else(|| node.has_error().then_some(node))
+}
+
+/// What tree-sitter says of a text that Imp reads, if it is something bad.
+fn complaint(parser: &mut Parser, text: &str) -> Option<String> {
+    let tree = parser.parse(text, None).expect("nothing stops the parser");
+    let node = mistake(tree.root_node())?;
+    let line: String = text[node.start_byte()..].chars().take(60).collect();
+    Some(format!("{:?} at {line:?}", node.kind()))
+}
+
+fn is_program(text: &str) -> bool {
+    parse(SourceId(0), text).diagnostics.is_empty()
+}
+
+/// All files below a folder of the repository with that ending.
+fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
+    let mut pending = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
+    let mut files = Vec::new();
+    while let Some(folder) = pending.pop() {
+        for entry in std::fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                pending.push(path);
+            } else if path.extension().is_some_and(|found| found == ending) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// The programs in the fenced blocks of a Markdown file.
+fn fenced(markdown: &str) -> Vec<&str> {
+    let blocks = markdown.split("```imp\n").skip(1);
+    blocks
+        .map(|block| block.split("\n```").next().unwrap_or(block))
+        .collect()
+}
+
+#[test]
+fn programs_are_read_without_an_error() {
+    let mut parser = parser();
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    let mut check = |name: &Path, text: &str| {
+        if is_program(text) {
+            count += 1;
+            let complaint = complaint(&mut parser, text);
+            wrong.extend(complaint.map(|complaint| format!("{}: {complaint}", name.display())));
+        }
+    };
+    for folder in ["examples", "src", "tests"] {
+        for path in files(folder, "imp") {
+            check(&path, &std::fs::read_to_string(&path).expect("a text"));
+        }
+    }
+    for path in files("docs", "md") {
+        let text = std::fs::read_to_string(&path).expect("a text");
+        fenced(&text).iter().for_each(|block| check(&path, block));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(count > 40, "only {count} programs");
+}
+
+#[test]
+fn sentences_of_the_formal_grammar_are_read_without_an_error() {
+    let grammar = formal_grammar();
+    let mut generator = Generator::new(&grammar, SEED);
+    let mut parser = parser();
+    let mut wrong = Vec::new();
+    for _ in 0..SENTENCES {
+        let text = generator.sentence("file");
+        if let Some(complaint) = complaint(&mut parser, &text) {
+            wrong.push((text, complaint));
+        }
+    }
+    wrong.sort_by_key(|(text, _)| text.len());
+    let shortest: Vec<_> = wrong.iter().take(10).collect();
+    assert!(wrong.is_empty(), "{} of {SENTENCES}: {shortest:#?}", wrong.len());
+}
