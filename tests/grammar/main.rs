@@ -1,7 +1,9 @@
 //! The grammars in `grammar/` against the parser and against each other: sentences made from the
 //! formal grammar, programs, and what editors read.
 
+mod corpus;
 mod generator;
+mod highlights;
 mod layout;
 mod notation;
 mod random;

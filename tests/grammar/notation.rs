@@ -104,7 +104,7 @@ impl Grammar {
 }
 
 impl Node {
-    fn visit<'node>(&'node self, look: &mut impl FnMut(&'node Node)) {
+    pub(crate) fn visit<'node>(&'node self, look: &mut impl FnMut(&'node Node)) {
         look(self);
         match self {
             Node::Literal(_) | Node::Class { .. } | Node::Rule(_) => {}

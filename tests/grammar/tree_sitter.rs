@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use imp::diagnostic::SourceId;
 use imp::syntax::parse;
-use tree_sitter::{Language, Node, Parser, Query};
+use tree_sitter::{Node, Parser};
 
 use crate::generator::Generator;
 use crate::sentences::{SEED, SENTENCES, formal_grammar};
@@ -29,12 +29,25 @@ fn mistake(node: Node<'_>) -> Option<Node<'_>> {
         .or_else(|| node.has_error().then_some(node))
 }
 
-/// What tree-sitter says of a text that Imp reads, if it is something bad.
+/// What is bad about how tree-sitter reads a program: an error, or statements that begin elsewhere
+/// than they do for Imp.
 fn complaint(parser: &mut Parser, text: &str) -> Option<String> {
     let tree = parser.parse(text, None).expect("nothing stops the parser");
-    let node = mistake(tree.root_node())?;
-    let line: String = text[node.start_byte()..].chars().take(60).collect();
-    Some(format!("{:?} at {line:?}", node.kind()))
+    let root = tree.root_node();
+    if let Some(node) = mistake(root) {
+        let line: String = text[node.start_byte()..].chars().take(60).collect();
+        return Some(format!("{:?} at {line:?}", node.kind()));
+    }
+    let found: Vec<usize> = (0..root.named_child_count() as u32)
+        .filter_map(|index| root.named_child(index))
+        .filter(|node| !node.is_extra())
+        .map(|node| node.start_byte())
+        .collect();
+    let statements = parse(SourceId(0), text).tree.statements;
+    let expected = statements
+        .iter()
+        .map(|statement| statement.span.start as usize);
+    (!expected.eq(found.iter().copied())).then(|| format!("statements begin at {found:?}"))
 }
 
 fn is_program(text: &str) -> bool {
@@ -42,7 +55,7 @@ fn is_program(text: &str) -> bool {
 }
 
 /// All files below a folder of the repository with that ending.
-fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
+pub(crate) fn files(folder: &str, ending: &str) -> Vec<PathBuf> {
     let mut pending = vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(folder)];
     let mut files = Vec::new();
     while let Some(folder) = pending.pop() {
@@ -106,5 +119,33 @@ fn sentences_of_the_formal_grammar_are_read_without_an_error() {
     }
     wrong.sort_by_key(|(text, _)| text.len());
     let shortest: Vec<_> = wrong.iter().take(10).collect();
-    assert!(wrong.is_empty(), "{} of {SENTENCES}: {shortest:#?}", wrong.len());
+    assert!(
+        wrong.is_empty(),
+        "{} of {SENTENCES}: {shortest:#?}",
+        wrong.len()
+    );
+}
+
+#[test]
+fn wrong_programs_are_read_with_an_error() {
+    let mut parser = parser();
+    for text in [
+        "2(x)",
+        "2x",
+        "let = 1",
+        "let if = 1",
+        "f(1, 2",
+        "a b",
+        "for x in xs",
+        "if a then b",
+        "\"{a\"",
+        "\"a\nb\"",
+        "x = 1 in",
+        "field f(p in R4) = 1",
+        "(\na\nb\n)",
+        "a +",
+    ] {
+        assert!(!is_program(text), "{text:?}");
+        assert!(complaint(&mut parser, text).is_some(), "{text:?}");
+    }
 }
