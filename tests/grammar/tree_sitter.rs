@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use imp::diagnostic::SourceId;
 use imp::syntax::parse;
-use tree_sitter::{Node, Parser};
+use tree_sitter::{Language, Node, Parser};
 
 use crate::generator::Generator;
 use crate::sentences::{SEED, SENTENCES, formal_grammar};
@@ -148,4 +148,40 @@ fn wrong_programs_are_read_with_an_error() {
         assert!(!is_program(text), "{text:?}");
         assert!(complaint(&mut parser, text).is_some(), "{text:?}");
     }
+}
+
+/// The parser is generated from `grammar.json`, which is generated from `grammar.js`; that all three
+/// were generated together shows in their names.
+#[test]
+fn the_generated_files_belong_together() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("grammar/tree-sitter-imp");
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect("a text");
+    let json: serde_json::Value = serde_json::from_str(&read("src/grammar.json")).expect("JSON");
+    let rules = json["rules"].as_object().expect("the rules");
+    let language: Language = tree_sitter_imp::LANGUAGE.into();
+    let script = read("grammar.js");
+    for rule in rules.keys() {
+        assert!(script.contains(&format!("    {rule}: (")), "{rule}");
+        let is_hidden = rule.starts_with('_');
+        assert!(
+            is_hidden || language.id_for_node_kind(rule, true) > 0,
+            "{rule}"
+        );
+    }
+    for id in 0..language.node_kind_count() as u16 {
+        if language.node_kind_is_named(id) && language.node_kind_is_visible(id) {
+            let kind = language.node_kind_for_id(id).expect("a name");
+            let is_known = rules.contains_key(kind) || kind == "string_content" || kind == "ERROR";
+            assert!(is_known, "{kind}");
+        }
+    }
+    let mut fields: Vec<&str> = (script.split("field('").skip(1))
+        .map(|rest| rest.split('\'').next().expect("a name"))
+        .collect();
+    fields.sort_unstable();
+    fields.dedup();
+    let known: Vec<&str> = (1..=language.field_count() as u16)
+        .filter_map(|id| language.field_name_for_id(id))
+        .collect();
+    assert_eq!(fields, known);
 }
