@@ -2,6 +2,7 @@
 //! formal grammar, programs, and what editors read.
 
 mod corpus;
+mod editors;
 mod generator;
 mod highlights;
 mod layout;
