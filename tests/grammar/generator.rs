@@ -9,8 +9,11 @@ use crate::layout::lay_out;
 use crate::notation::{Grammar, Node};
 use crate::random::Random;
 
+/// Whether the text of a token is one.
+type Condition = fn(&Grammar, &str) -> bool;
+
 /// A token is derived again until this holds of its text.
-const CONDITIONS: &[(&str, fn(&Grammar, &str) -> bool)] = &[
+const CONDITIONS: &[(&str, Condition)] = &[
     // "and none of the words"
     ("name", |grammar, text| !grammar.words().contains(&text)),
     // "and not beyond the floats"

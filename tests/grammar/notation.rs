@@ -1,7 +1,7 @@
 //! A reader of the notation of `grammar/imp.ebnf`: the EBNF of the W3C's XML recommendation
 //! (section 6), without its `-` for exceptions.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
 /// What the right side of a rule is made of.
@@ -43,7 +43,7 @@ pub(crate) struct Rule {
 #[derive(Debug)]
 pub(crate) struct Grammar {
     /// The rules by name.
-    pub(crate) rules: HashMap<String, Rule>,
+    pub(crate) rules: BTreeMap<String, Rule>,
     /// What each mark stands for.
     pub(crate) marks: Vec<String>,
 }
@@ -57,7 +57,7 @@ impl Grammar {
             rule: String::new(),
             marks: Vec::new(),
         };
-        let mut rules = HashMap::new();
+        let mut rules = BTreeMap::new();
         let mut is_token = false;
         while let Some(word) = reader.next() {
             match word {

@@ -22,7 +22,7 @@ fn mistake(node: Node<'_>) -> Option<Node<'_>> {
     if node.is_error() || node.is_missing() {
         return Some(node);
     }
-    (0..node.child_count() as u32)
+    (0..node.child_count())
         .filter_map(|index| node.child(index))
         .find(Node::has_error)
         .and_then(mistake)
