@@ -57,6 +57,20 @@ pub struct Entered {
     pub renewed: Vec<Arc<str>>,
 }
 
+impl Input {
+    /// The statement that comes next.
+    pub fn next_statement(&self) -> Option<&Statement> {
+        self.statements.front()
+    }
+
+    /// Puts another statement in the place of the next.
+    pub fn replace_next(&mut self, statement: Statement) {
+        if let Some(next) = self.statements.front_mut() {
+            *next = statement;
+        }
+    }
+}
+
 impl Session {
     /// The present state, at the cost of a copy of its names.
     pub fn snapshot(&self) -> Snapshot {
@@ -357,6 +371,13 @@ impl Session {
             Binding::Constant(value) | Binding::Variable(value) => Some(value),
             Binding::Lazy(..) | Binding::Library(..) => Some(Value::Unknown),
         }
+    }
+
+    /// Whether a definition of the session binds the name.
+    pub fn defines(&self, name: &str) -> bool {
+        let statements = self.main.statements.borrow();
+        let mut names = statements.iter().flat_map(defined_names);
+        names.any(|known| &*known.text == name)
     }
 
     /// All names that can be written at the top, sorted.

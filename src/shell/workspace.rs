@@ -244,7 +244,7 @@ pub(super) fn source_name(file: &Path) -> String {
 }
 
 /// The name and text of a file; `-` is standard input.
-fn read(file: &Path) -> Result<(String, String), Diagnostic> {
+pub(super) fn read(file: &Path) -> Result<(String, String), Diagnostic> {
     let name = source_name(file);
     let refused = |reason: String| Diagnostic::error(Code::CannotRead, reason);
     if file.is_dir() {
