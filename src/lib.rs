@@ -36,4 +36,6 @@ pub mod library;
 
 pub mod language;
 
+pub mod assist;
+
 pub mod shell;

@@ -32,9 +32,11 @@ const ROOMS: &[(&str, &[&str])] = &[
             "library",
         ],
     ),
+    ("assist", &["diagnostic", "syntax", "language", "library"]),
     (
         "shell",
         &[
+            "assist",
             "diagnostic",
             "syntax",
             "graph",
@@ -59,6 +61,8 @@ const KEPT: &[(&str, &str)] = &[
     ("clap", "shell"),
     ("ctrlc", "shell"),
     ("indicatif", "shell"),
+    ("lsp_server", "shell/lsp"),
+    ("lsp_types", "shell/lsp"),
     ("png", "file"),
     ("ttf_parser", "file"),
 ];

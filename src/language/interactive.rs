@@ -380,6 +380,11 @@ impl Session {
         names.any(|known| &*known.text == name)
     }
 
+    /// The names that the session itself binds, sorted.
+    pub fn own_names(&self) -> Vec<Arc<str>> {
+        self.main.scope.names_here()
+    }
+
     /// All names that can be written at the top, sorted.
     pub fn names(&self) -> Vec<Arc<str>> {
         self.main.scope.names()

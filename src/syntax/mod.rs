@@ -16,6 +16,7 @@ mod parser;
 mod token;
 pub mod tree;
 mod typing;
+pub mod words;
 
 use crate::diagnostic::{Code, Diagnostic, SourceId, Span};
 use token::{Spanned, Token};

@@ -6,6 +6,7 @@
 
 mod arguments;
 mod calculus;
+mod choices;
 mod extent;
 mod geometry;
 mod inspection;
@@ -18,6 +19,7 @@ mod surfaces;
 use std::sync::LazyLock;
 
 pub use arguments::Arguments;
+pub use choices::choices;
 pub(crate) use script::file_failure;
 
 use super::session::Session;

@@ -1,0 +1,17 @@
+//! What an editor and the interactive prompt need to know about a text while it is being written,
+//! without any protocol: its colours, what could be written at a place, what a name means and where
+//! else it stands.
+//!
+//! Colours and completions read words ([`crate::syntax::words`]), because the text at the cursor is
+//! nearly always broken there; the index reads the tree.
+
+mod complete;
+mod highlight;
+mod outline;
+mod scan;
+mod surroundings;
+pub mod vocabulary;
+
+pub use complete::{Completion, Kind, complete};
+pub use highlight::{Class, Highlight, highlight};
+pub use surroundings::{Known, Surroundings, kind_and_value, parameter_ranges};
