@@ -52,17 +52,28 @@ pub(super) fn repl(command: &arguments::Repl) -> Result<(), u8> {
     if is_typed {
         converse(&mut repl, command)
     } else {
-        if let Some(file) = &command.file {
-            repl.load(file)?;
-        }
+        begin(&mut repl, command)?;
         run_piped(&mut repl)
+    }
+}
+
+/// Loads the file, if one is named, and sets what is to be set.
+fn begin(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
+    match &command.file {
+        Some(file) => repl.load(file),
+        None => {
+            let settings = repl.common.set.clone();
+            let mut settings = settings.iter();
+            settings.try_for_each(|set| commands::set_value(repl, &set.name, &set.text))
+        }
     }
 }
 
 /// Reads what a person types, until they have enough.
 fn converse(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
     let common = &command.common;
-    let mut editor = Editor::new(repl, common);
+    let mut editor = Editor::new(repl, common)
+        .map_err(|error| report(&[*error], &Sources::default(), common))?;
     output::note(
         &format!(
             "Imp {} · :help lists the commands, :quit ends",
@@ -72,10 +83,8 @@ fn converse(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
     );
     editor.open_history();
     repl.find_graphics(&mut editor);
-    if let Some(file) = &command.file {
-        // What is wrong with it has been said; the session begins without it.
-        let _ = repl.load(file);
-    }
+    // What is wrong with it has been said; the session begins without it.
+    let _ = super::interrupt::caught(|| begin(repl, command));
     loop {
         editor.learn(repl);
         match editor.read() {
