@@ -2,6 +2,8 @@
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustyline::config::Configurer;
 use rustyline::error::ReadlineError;
@@ -40,10 +42,14 @@ pub(super) struct Editor {
     common: Common,
     /// What was typed before the first line was read.
     pub(super) typed_ahead: String,
+    /// Whether letters of the present line were not taken.
+    is_cut: Arc<AtomicBool>,
 }
 
-/// Takes no more letters for a line that is long already.
-struct LongLines;
+/// Takes no more letters for a line that is long already, and notes that.
+struct LongLines {
+    is_cut: Arc<AtomicBool>,
+}
 
 impl ConditionalEventHandler for LongLines {
     fn handle(
@@ -55,7 +61,11 @@ impl ConditionalEventHandler for LongLines {
     ) -> Option<Cmd> {
         let is_letter = matches!(event.get(0), Some(key) if matches!(key.0, KeyCode::Char(letter)
             if key.1.is_empty() && !letter.is_control()));
-        (is_letter && context.line().len() > LONGEST_TYPED).then_some(Cmd::Noop)
+        let is_cut = is_letter && context.line().len() > LONGEST_TYPED;
+        if is_cut {
+            self.is_cut.store(true, Ordering::Relaxed);
+        }
+        is_cut.then_some(Cmd::Noop)
     }
 }
 
@@ -78,13 +88,17 @@ impl Editor {
         let mut editor = rustyline::Editor::with_config(config).map_err(failed)?;
         editor.set_max_history_size(history::LONGEST).map_err(failed)?;
         editor.set_helper(Some(Assistant::new(has_colors)));
-        let handler = EventHandler::Conditional(Box::new(LongLines));
+        let is_cut = Arc::new(AtomicBool::new(false));
+        let handler = EventHandler::Conditional(Box::new(LongLines {
+            is_cut: Arc::clone(&is_cut),
+        }));
         editor.bind_sequence(Event::Any, handler);
         Ok(Editor {
             editor,
             file: history::file(),
             common: common.clone(),
             typed_ahead: String::new(),
+            is_cut,
         })
     }
 
@@ -151,9 +165,17 @@ impl Editor {
         for _ in 0..PATIENCE {
             let typed = std::mem::take(&mut self.typed_ahead);
             match self.editor.readline_with_initial(PROMPT, (&typed, "")) {
+                Ok(_) if self.is_cut.swap(false, Ordering::Relaxed) => {
+                    output::error_text(&format!(
+                        "the line is longer than {LONGEST_TYPED} bytes, so it was not run: put it \
+                         in a file for `:load`"
+                    ));
+                }
                 Ok(text) => return Ok(Some(text)),
                 Err(ReadlineError::Eof) => return Ok(None),
-                Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {}
+                Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {
+                    self.is_cut.store(false, Ordering::Relaxed);
+                }
                 Err(ReadlineError::Io(error)) if error.kind() == ErrorKind::InvalidData => {
                     output::error_text("what was typed is not UTF-8 text");
                 }

@@ -116,9 +116,11 @@ impl Repl {
         let sent = match self.screen.graphics {
             Graphics::None => return,
             Graphics::Blocks => {
-                for line in cells::lines(&image, self.screen.colors) {
-                    output::data(&line);
-                }
+                let lines = cells::lines(&image, self.screen.colors);
+                let is_seen = |line: &String| !line.is_empty();
+                let first = lines.iter().position(is_seen).unwrap_or(0);
+                let end = lines.iter().rposition(is_seen).map_or(first, |last| last + 1);
+                lines[first..end].iter().for_each(|line| output::data(line));
                 return;
             }
             Graphics::Kitty => {

@@ -115,9 +115,10 @@ impl Repl {
                 Ok(())
             }
             Err(errors) => {
+                let code = self.workspace.fail(&errors);
                 self.workspace.session.restore(before);
                 self.answer = answer;
-                Err(self.workspace.fail(&errors))
+                Err(code)
             }
         }
     }
@@ -139,6 +140,11 @@ impl Repl {
     /// Runs statements and says what comes of each; gives the last value if the last statement is an
     /// expression.
     fn run(&mut self, tree: &Tree) -> Result<Option<Value>, Vec<Diagnostic>> {
+        if self.answer.is_none() && tree.statements.len() > 1 && !self.answer_is_defined() {
+            // A value that comes first may be used by what comes behind it.
+            let session = &mut self.workspace.session;
+            session.remember(answer::NAME, Value::Nothing);
+        }
         let mut input = self.workspace.session.begin(tree)?;
         let mut last = None;
         loop {
