@@ -429,7 +429,9 @@ fn circle(span: Span) -> Diagnostic {
 
 /// Says with which new definition something cannot be made again.
 fn because_of(error: Box<Diagnostic>, cause: &Statement) -> Diagnostic {
-    let place = defined_names(cause).first().map_or(cause.span, |name| name.span);
+    let place = defined_names(cause)
+        .first()
+        .map_or(cause.span, |name| name.span);
     let mut error = error.label(place, "because this is given again");
     if error.help.is_none() {
         error.help = Some(

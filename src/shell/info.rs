@@ -29,7 +29,10 @@ pub(super) fn info(command: &Info) -> Result<(), u8> {
 }
 
 /// The names of the components of q that a field depends on.
-pub(super) fn parameter_names(workspace: &mut Workspace, field: &FieldValue) -> Result<Vec<String>, u8> {
+pub(super) fn parameter_names(
+    workspace: &mut Workspace,
+    field: &FieldValue,
+) -> Result<Vec<String>, u8> {
     let program = field.program(workspace.session.graph());
     let program = program.map_err(|error| workspace.fail(&[*error]))?;
     let parameters = workspace.session.parameters();

@@ -67,14 +67,32 @@ mod tests {
     #[test]
     fn open_brackets_operators_and_doc_comments_want_more() {
         for text in [
-            "f(", "[1,\n2", "fn f(x) {", "1 +", "let a =\n", "a |>", "## what it is", "if a then",
-            "f({", "field f(x, y) over -1..1 =  # note",
+            "f(",
+            "[1,\n2",
+            "fn f(x) {",
+            "1 +",
+            "let a =\n",
+            "a |>",
+            "## what it is",
+            "if a then",
+            "f({",
+            "field f(x, y) over -1..1 =  # note",
         ] {
             assert!(!is_complete(text), "{text}");
         }
         for text in [
-            "", "1", "f(1)", "f)", "(]", "fn f(x) {\nx\n}", "# note", "\"(\"", "\"{\"", "## a\nlet b = 1",
-            "a; ", "\"unclosed",
+            "",
+            "1",
+            "f(1)",
+            "f)",
+            "(]",
+            "fn f(x) {\nx\n}",
+            "# note",
+            "\"(\"",
+            "\"{\"",
+            "## a\nlet b = 1",
+            "a; ",
+            "\"unclosed",
         ] {
             assert!(is_complete(text), "{text}");
         }

@@ -37,7 +37,11 @@ fn the_first_error_ends_it() {
 fn nothing_at_all_is_wrong_usage() {
     let run = piped(&[], b"");
     assert_eq!(run.code, 2);
-    assert!(run.stdout.is_empty() && run.stderr.contains("Usage"), "{}", run.stderr);
+    assert!(
+        run.stdout.is_empty() && run.stderr.contains("Usage"),
+        "{}",
+        run.stderr
+    );
     assert_eq!(piped(&["repl"], b"").code, 0);
     assert_eq!(piped(&[], b"\n\n").code, 0);
 }
@@ -46,13 +50,25 @@ fn nothing_at_all_is_wrong_usage() {
 fn bytes_that_are_no_text_are_an_error() {
     let run = piped(&[], b"1 + 1\n\xff\xfe\n");
     assert_eq!(run.code, 3, "{}", run.stderr);
-    assert!(run.stderr.contains("not UTF-8 text: byte 6"), "{}", run.stderr);
+    assert!(
+        run.stderr.contains("not UTF-8 text: byte 6"),
+        "{}",
+        run.stderr
+    );
     let run = piped(&[], b"1 \x07\x1b[31m + 1\n");
     assert_eq!(run.code, 1);
-    assert!(!run.stderr.contains('\x07') && !run.stderr.contains("\x1b[31m"), "{:?}", run.stderr);
+    assert!(
+        !run.stderr.contains('\x07') && !run.stderr.contains("\x1b[31m"),
+        "{:?}",
+        run.stderr
+    );
     let run = piped(&[], b":\x07bell\x1b[31m\n");
     assert_eq!(run.code, 1);
-    assert!(!run.stderr.contains('\x07') && !run.stderr.contains('\x1b'), "{:?}", run.stderr);
+    assert!(
+        !run.stderr.contains('\x07') && !run.stderr.contains('\x1b'),
+        "{:?}",
+        run.stderr
+    );
 }
 
 #[test]
@@ -64,7 +80,11 @@ fn a_file_comes_first_and_values_can_be_set() {
     let run = imp_with(folder.path(), &words, b"twice\n:set r=4\ntwice\n").well();
     assert_eq!(run.stdout, "6\n8\n");
     let run = imp_with(folder.path(), &["repl", "--set", "r=3"], b"1\n");
-    assert!(run.code == 1 && run.stderr.contains("no parameter or setting `r`"), "{}", run.stderr);
+    assert!(
+        run.code == 1 && run.stderr.contains("no parameter or setting `r`"),
+        "{}",
+        run.stderr
+    );
 }
 
 #[test]

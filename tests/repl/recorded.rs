@@ -37,9 +37,7 @@ fn a_torus_is_defined_evaluated_changed_plotted_and_a_mistake_made() {
     let mut terminal = Terminal::new();
     terminal.enter("param r = 0.3 in 0.1..0.6");
     terminal.wait_for("r = 0.3 : param in 0.1..0.6");
-    terminal.enter(
-        "field torus(x, y, z) over -1.5..1.5 = (sqrt(x^2 + y^2) - 1)^2 + z^2 - r^2",
-    );
+    terminal.enter("field torus(x, y, z) over -1.5..1.5 = (sqrt(x^2 + y^2) - 1)^2 + z^2 - r^2");
     terminal.wait_for("torus : field in R3 over -1.5..1.5, depends on r");
     // On the circle of radius 1 the field is -r².
     terminal.enter("torus(1, 0, 0)");
@@ -59,8 +57,14 @@ fn a_torus_is_defined_evaluated_changed_plotted_and_a_mistake_made() {
     terminal.enter(":plot torus, view = \"top\"");
     let rows = picture(&terminal);
     let middle = &rows[rows.len() / 2];
-    let left = middle.iter().position(|cell| *cell != [None, None]).unwrap();
-    let right = middle.iter().rposition(|cell| *cell != [None, None]).unwrap();
+    let left = middle
+        .iter()
+        .position(|cell| *cell != [None, None])
+        .unwrap();
+    let right = middle
+        .iter()
+        .rposition(|cell| *cell != [None, None])
+        .unwrap();
     // From above it is a ring from radius 0.5 to 1.5: the hole is the middle third.
     let width = (right - left + 1) as f64;
     for share in [0.4, 0.5, 0.6] {
@@ -69,13 +73,21 @@ fn a_torus_is_defined_evaluated_changed_plotted_and_a_mistake_made() {
     }
     for share in [0.1, 0.2, 0.8, 0.9] {
         let cell = middle[left + (share * width) as usize];
-        assert!(cell[0].is_some() && cell[1].is_some(), "the ring at {share}");
+        assert!(
+            cell[0].is_some() && cell[1].is_some(),
+            "the ring at {share}"
+        );
     }
     // Twice as many columns as rows, since a cell is two pixels high.
     let ratio = width / rows.len() as f64;
     assert!((1.8..2.2).contains(&ratio), "{ratio}");
     // The slopes are lit from one side.
-    let lights = rows.iter().flatten().flatten().flatten().map(|color| light(*color));
+    let lights = rows
+        .iter()
+        .flatten()
+        .flatten()
+        .flatten()
+        .map(|color| light(*color));
     let lights: Vec<u32> = lights.collect();
     let [darkest, lightest] = [lights.iter().min().unwrap(), lights.iter().max().unwrap()];
     assert!(lightest > &(darkest + 150), "from {darkest} to {lightest}");
@@ -113,4 +125,40 @@ fn maps_and_graphs_are_shown() {
     terminal.enter("field wave(x) over 0..7 = sin(x)");
     terminal.enter("wave");
     assert!(picture(&terminal).len() > 8);
+}
+
+/// The session in the guide gives what is written there.
+#[test]
+fn the_session_of_the_guide_is_true() {
+    let text = include_str!("../../docs/repl.md");
+    let session = text.split("```").nth(1).unwrap();
+    let mut terminal = Terminal::new();
+    let mut lines = session.lines().skip(1).peekable();
+    let mut inputs = 0;
+    while let Some(line) = lines.next() {
+        if let Some(input) = line.strip_prefix("imp> ") {
+            terminal.enter(input);
+            inputs += 1;
+        } else if !line.contains('│') && !line.contains('─') {
+            terminal.wait_for(line);
+        }
+    }
+    assert!(inputs >= 8, "{inputs}");
+    // The picture of the guide is the one that a pipe gets.
+    let folder = tempfile::tempdir().unwrap();
+    let inputs: String = session
+        .lines()
+        .filter_map(|line| line.strip_prefix("imp> "))
+        .filter(|line| !line.starts_with("torsu"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let run = crate::common::imp_with(folder.path(), &["repl"], inputs.as_bytes()).well();
+    let picture = text.split("```").nth(3).unwrap().lines().skip(1);
+    for line in picture {
+        assert!(
+            run.stdout.contains(line),
+            "{line:?} is not in\n{}",
+            run.stdout
+        );
+    }
 }

@@ -2,7 +2,6 @@
 
 use std::io::{Read, Write};
 use std::num::NonZeroU16;
-use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::{Duration, Instant};
 
@@ -20,7 +19,6 @@ const PROMPT: &str = "imp>";
 pub(crate) struct Setup {
     pub(crate) columns: u16,
     pub(crate) rows: u16,
-    pub(crate) words: Vec<String>,
     pub(crate) environment: Vec<(String, String)>,
 }
 
@@ -29,7 +27,6 @@ impl Default for Setup {
         Setup {
             columns: 100,
             rows: 50,
-            words: vec!["repl".into()],
             environment: vec![
                 ("TERM".into(), "xterm-256color".into()),
                 ("COLORTERM".into(), "truecolor".into()),
@@ -48,11 +45,6 @@ impl Setup {
         (self.columns, self.rows) = (columns, rows);
         self
     }
-
-    pub(crate) fn word(mut self, word: &str) -> Setup {
-        self.words.push(word.into());
-        self
-    }
 }
 
 struct Screen {
@@ -67,7 +59,8 @@ pub(crate) struct Terminal {
     screen: Arc<(Mutex<Screen>, Condvar)>,
     writer: Option<Box<dyn Write + Send>>,
     child: Box<dyn Child + Send + Sync>,
-    master: Option<Box<dyn MasterPty + Send>>,
+    /// The other end, which has to stay open.
+    _master: Box<dyn MasterPty + Send>,
     rows: u16,
     columns: u16,
     /// Where it runs, and its history lies.
@@ -90,7 +83,6 @@ impl Terminal {
         };
         let pair = native_pty_system().openpty(size).unwrap();
         let mut command = CommandBuilder::new(env!("CARGO_BIN_EXE_imp"));
-        command.args(&setup.words);
         command.env_clear();
         command.env("HOME", folder.path());
         command.env("PATH", "/nowhere");
@@ -129,7 +121,7 @@ impl Terminal {
             screen,
             writer: Some(writer),
             child,
-            master: Some(pair.master),
+            _master: pair.master,
             rows: setup.rows,
             columns: setup.columns,
             folder,
@@ -173,7 +165,9 @@ impl Terminal {
 
     /// Waits until nothing stands behind the prompt.
     pub(crate) fn wait_for_prompt(&mut self) {
-        self.wait("the prompt", |screen| screen.line == PROMPT && screen.column == 5);
+        self.wait("the prompt", |screen| {
+            screen.line == PROMPT && screen.column == 5
+        });
     }
 
     /// Waits until the text stands somewhere on the screen.
@@ -228,10 +222,9 @@ impl Terminal {
         self.columns
     }
 
-    /// Closes the terminal, as when its window is closed.
-    pub(crate) fn close(&mut self) {
+    /// Types no more: the end of the input is sent.
+    pub(crate) fn end_input(&mut self) {
         self.writer = None;
-        self.master = None;
     }
 
     /// The exit code, once the program has ended.
@@ -241,7 +234,11 @@ impl Terminal {
             if let Some(status) = self.child.try_wait().unwrap() {
                 return status.exit_code();
             }
-            assert!(begun.elapsed() < PATIENCE, "it does not end:\n{}", self.contents());
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "it does not end:\n{}",
+                self.contents()
+            );
             std::thread::yield_now();
         }
     }

@@ -41,8 +41,8 @@ impl Renewal {
         loop {
             let mut grown = false;
             for (place, effects) in effects.iter().enumerate() {
-                let depends = !effects.mentioned.is_disjoint(&names)
-                    || !effects.changed.is_disjoint(&names);
+                let depends =
+                    !effects.mentioned.is_disjoint(&names) || !effects.changed.is_disjoint(&names);
                 if !replaced[place] && !affected[place] && depends {
                     affected[place] = true;
                     grown = true;
@@ -88,7 +88,10 @@ mod tests {
             let span = statement.span;
             text[span.start as usize..span.end as usize].to_string()
         };
-        let again = renewal.again.iter().map(|(statement, _)| written(statement));
+        let again = renewal
+            .again
+            .iter()
+            .map(|(statement, _)| written(statement));
         (renewal.kept.iter().map(written).collect(), again.collect())
     }
 
@@ -115,7 +118,10 @@ mod tests {
         assert_eq!(again, ["var n = 0", "n = n + 1", "n = n + step"]);
         let text = "let step = 1\nvar n = 0\nfn count() { n = n + step }\ncount()";
         let (_, again) = renewed(text, &["step"]);
-        assert_eq!(again, ["var n = 0", "fn count() { n = n + step }", "count()"]);
+        assert_eq!(
+            again,
+            ["var n = 0", "fn count() { n = n + step }", "count()"]
+        );
     }
 
     #[test]

@@ -56,7 +56,9 @@ pub(super) fn name(
             (true, true) => {
                 let message = format!("`{NAME}` was made of too many values in a row to be kept");
                 let error = Diagnostic::error(Code::LengthLimit, message);
-                return Err(Box::new(error.help("give a value on the way a name with `let`")));
+                return Err(Box::new(
+                    error.help("give a value on the way a name with `let`"),
+                ));
             }
         };
         name = free_name(workspace);

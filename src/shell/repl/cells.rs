@@ -111,9 +111,7 @@ fn indexed(pixel: [u8; 3]) -> usize {
     let grey = (luma(pixel).max(8) - 8).div_ceil(10).min(23);
     let distance = |color: [usize; 3]| -> usize {
         let differences = color.iter().zip(pixel);
-        differences
-            .map(|(&a, b)| a.abs_diff(b.into()).pow(2))
-            .sum()
+        differences.map(|(&a, b)| a.abs_diff(b.into()).pow(2)).sum()
     };
     let of_cube = distance(cube.map(|level| LEVELS[level]));
     let of_grey = distance([8 + 10 * grey; 3]);

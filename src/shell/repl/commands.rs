@@ -307,15 +307,17 @@ fn set(repl: &mut Repl, words: &str) -> Result<(), u8> {
 /// the same range and documentation.
 pub(super) fn set_value(repl: &mut Repl, name: &str, text: &str) -> Result<(), u8> {
     let statements = repl.workspace.session.statements();
-    let found = statements.iter().find_map(|statement| match &statement.kind {
-        StatementKind::Parameter { name: own, value, .. }
-        | StatementKind::Setting { name: own, value, .. }
-            if *own.text == *name =>
-        {
-            Some((statement, value.span))
-        }
-        _ => None,
-    });
+    let found = statements
+        .iter()
+        .find_map(|statement| match &statement.kind {
+            StatementKind::Parameter {
+                name: own, value, ..
+            }
+            | StatementKind::Setting {
+                name: own, value, ..
+            } if *own.text == *name => Some((statement, value.span)),
+            _ => None,
+        });
     let Some((statement, value)) = found else {
         let names = reference_names(repl);
         let help = match nearest(name, names.iter().map(String::as_str)) {
@@ -330,13 +332,20 @@ pub(super) fn set_value(repl: &mut Repl, name: &str, text: &str) -> Result<(), u
     // The value is checked alone first, so that it cannot become part of something else.
     repl.expression(text)?;
     let documentation = statement.documentation.as_deref().unwrap_or_default();
-    let above: String = documentation.lines().map(|line| format!("## {line}\n")).collect();
+    let above: String = documentation
+        .lines()
+        .map(|line| format!("## {line}\n"))
+        .collect();
     let written = {
         let sources = repl.workspace.heard.sources.borrow();
         let source = &sources.get(statement.span.source).text;
         let [begin, end] = [statement.span.start, statement.span.end].map(|at| at as usize);
         let [value_begin, value_end] = [value.start, value.end].map(|at| at as usize);
-        format!("{above}{}{text}{}", &source[begin..value_begin], &source[value_end..end])
+        format!(
+            "{above}{}{text}{}",
+            &source[begin..value_begin],
+            &source[value_end..end]
+        )
     };
     repl.enter(&written)
 }
@@ -344,7 +353,10 @@ pub(super) fn set_value(repl: &mut Repl, name: &str, text: &str) -> Result<(), u
 /// The names of parameters and settings.
 fn reference_names(repl: &Repl) -> Vec<String> {
     let session = &repl.workspace.session;
-    let parameters = session.parameters().iter().map(|(name, _)| name.to_string());
+    let parameters = session
+        .parameters()
+        .iter()
+        .map(|(name, _)| name.to_string());
     let settings = session.settings().iter().map(|(name, _)| name.to_string());
     parameters.chain(settings).collect()
 }

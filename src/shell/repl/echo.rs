@@ -38,7 +38,11 @@ pub(super) fn entered(repl: &mut Repl, entered: &Entered) {
     }
     if !entered.renewed.is_empty() {
         let names: Vec<&str> = entered.renewed.iter().map(|name| &**name).collect();
-        output::data(&repl.screen.dim(&format!("made again: {}", names.join(", "))));
+        output::data(
+            &repl
+                .screen
+                .dim(&format!("made again: {}", names.join(", "))),
+        );
     }
 }
 
@@ -53,22 +57,33 @@ pub(super) fn of_definition(repl: &mut Repl, statement: &Statement) -> Vec<Strin
             .map(|parameter| {
                 let range = match parameter.range {
                     Some((low, high)) => {
-                        format!(" in {}..{}", show_number(low, None), show_number(high, None))
+                        format!(
+                            " in {}..{}",
+                            show_number(low, None),
+                            show_number(high, None)
+                        )
                     }
                     None => String::new(),
                 };
                 let value = short(&parameter.value);
-                repl.screen.with_kind(&format!("{} = {value}", name.text), &format!("param{range}"))
+                repl.screen.with_kind(
+                    &format!("{} = {value}", name.text),
+                    &format!("param{range}"),
+                )
             })
             .into_iter()
             .collect(),
         StatementKind::Setting { name, .. } => {
             let setting = repl.workspace.session.settings().get(&name.text);
             let line = setting.map(|setting| {
-                let range = setting.range.as_ref().map(|range| format!(" in {}", range.shown()));
+                let range = setting
+                    .range
+                    .as_ref()
+                    .map(|range| format!(" in {}", range.shown()));
                 let value = quoted(&setting.value);
                 let kind = format!("setting{}", range.unwrap_or_default());
-                repl.screen.with_kind(&format!("{} = {value}", name.text), &kind)
+                repl.screen
+                    .with_kind(&format!("{} = {value}", name.text), &kind)
             });
             line.into_iter().collect()
         }
@@ -119,9 +134,19 @@ pub(super) fn of_value(repl: &mut Repl, name: &str, value: &Value) -> String {
             (properties.to_string(), kind.to_string())
         }
         Value::List(elements) => (short(value), format!("list of {}", elements.len())),
-        value => (short(value), value.kind().trim_start_matches("a ").trim_start_matches("an ").to_string()),
+        value => (
+            short(value),
+            value
+                .kind()
+                .trim_start_matches("a ")
+                .trim_start_matches("an ")
+                .to_string(),
+        ),
     };
-    let says_name = matches!(value, Value::Function(FunctionValue::Closure(_)) | Value::Module(_));
+    let says_name = matches!(
+        value,
+        Value::Function(FunctionValue::Closure(_)) | Value::Module(_)
+    );
     let text = match (name, value) {
         ("", _) => text,
         (name, Value::Field(_)) => name.to_string(),

@@ -86,7 +86,9 @@ impl Editor {
             .build();
         let failed = |error: ReadlineError| Box::new(not_read(&error));
         let mut editor = rustyline::Editor::with_config(config).map_err(failed)?;
-        editor.set_max_history_size(history::LONGEST).map_err(failed)?;
+        editor
+            .set_max_history_size(history::LONGEST)
+            .map_err(failed)?;
         editor.set_helper(Some(Assistant::new(has_colors)));
         let is_cut = Arc::new(AtomicBool::new(false));
         let handler = EventHandler::Conditional(Box::new(LongLines {
@@ -146,7 +148,10 @@ impl Editor {
         let session = &repl.workspace.session;
         let parameters = session.parameters().iter().map(|(name, _)| name);
         let settings = session.settings().iter().map(|(name, _)| name);
-        assistant.parameters = parameters.chain(settings).map(|name| name.to_string()).collect();
+        assistant.parameters = parameters
+            .chain(settings)
+            .map(|name| name.to_string())
+            .collect();
         let names = session.own_names().into_iter();
         assistant.surroundings.names = names
             .filter_map(|name| {
@@ -192,7 +197,10 @@ impl Editor {
 
 /// Makes the folder of the history, and sees whether its file can be written.
 fn prepare(file: &Path) -> std::io::Result<()> {
-    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+    if let Some(folder) = file
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())
+    {
         std::fs::create_dir_all(folder)?;
     }
     let mut options = std::fs::OpenOptions::new();
@@ -200,5 +208,8 @@ fn prepare(file: &Path) -> std::io::Result<()> {
 }
 
 fn not_read(error: &ReadlineError) -> Diagnostic {
-    Diagnostic::error(Code::CannotRead, format!("cannot read what is typed: {error}"))
+    Diagnostic::error(
+        Code::CannotRead,
+        format!("cannot read what is typed: {error}"),
+    )
 }

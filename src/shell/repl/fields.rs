@@ -35,15 +35,17 @@ pub(super) fn document(repl: &mut Repl, name: &str) -> Result<(), u8> {
             _ => None,
         };
         let statements = repl.workspace.session.statements();
-        let of_definition = statements.iter().find_map(|statement| match &statement.kind {
-            StatementKind::Parameter { name: own, .. }
-            | StatementKind::Setting { name: own, .. }
-                if *own.text == *name =>
-            {
-                statement.documentation.as_deref().map(str::to_string)
-            }
-            _ => None,
-        });
+        let of_definition = statements
+            .iter()
+            .find_map(|statement| match &statement.kind {
+                StatementKind::Parameter { name: own, .. }
+                | StatementKind::Setting { name: own, .. }
+                    if *own.text == *name =>
+                {
+                    statement.documentation.as_deref().map(str::to_string)
+                }
+                _ => None,
+            });
         if let Some(text) = documentation.or(of_definition) {
             output::data(&text);
         }
@@ -73,7 +75,11 @@ fn field(repl: &mut Repl, text: &str) -> Result<FieldValue, u8> {
     match repl.value(text)? {
         Value::Field(field) => Ok(field),
         other => {
-            let message = format!("expected a field, but `{}` is {}", shorten(text), other.kind());
+            let message = format!(
+                "expected a field, but `{}` is {}",
+                shorten(text),
+                other.kind()
+            );
             Err(repl.refuse(Code::WrongKind, message, ""))
         }
     }
@@ -85,7 +91,10 @@ pub(super) fn bounds(repl: &mut Repl, text: &str) -> Result<(), u8> {
     if let Some(domain) = field.domain() {
         output::data(&format!("over    {}", echo::box_text(&domain)));
     }
-    let found = repl.workspace.session.call("bounds", Value::Field(field), &[]);
+    let found = repl
+        .workspace
+        .session
+        .call("bounds", Value::Field(field), &[]);
     let found = found.map_err(|errors| repl.workspace.fail(&errors))?;
     output::data(&format!("proven  {}", show(&found, None)));
     Ok(())
@@ -103,7 +112,13 @@ pub(super) fn check(repl: &mut Repl, text: &str) -> Result<(), u8> {
             "" => "the session has no field".to_string(),
             name => format!("the session has no field `{}`", shorten(name)),
         };
-        let names: Vec<String> = repl.workspace.session.fields().keys().map(|name| name.to_string()).collect();
+        let names: Vec<String> = repl
+            .workspace
+            .session
+            .fields()
+            .keys()
+            .map(|name| name.to_string())
+            .collect();
         let help = match nearest(text, names.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),
             None => "define one, as in `field ball(p in R3) over -2..2 = norm(p) - 1`".into(),
@@ -163,7 +178,13 @@ pub(super) fn at(repl: &mut Repl, text: &str) -> Result<(), u8> {
     let numbers: Vec<String> = coordinates.iter().map(|x| show_number(*x, None)).collect();
     let sides: Vec<String> = coordinates
         .iter()
-        .map(|x| format!("{}..{}", show_number(x - reach, None), show_number(x + reach, None)))
+        .map(|x| {
+            format!(
+                "{}..{}",
+                show_number(x - reach, None),
+                show_number(x + reach, None)
+            )
+        })
         .collect();
     let numbers = numbers.join(", ");
     for (name, text) in [
@@ -174,7 +195,10 @@ pub(super) fn at(repl: &mut Repl, text: &str) -> Result<(), u8> {
     ] {
         let value = repl.value(&text)?;
         let behind = match name {
-            "bounds" => format!("   within {} in each direction", show_number(reach, Some(4))),
+            "bounds" => format!(
+                "   within {} in each direction",
+                show_number(reach, Some(4))
+            ),
             _ => String::new(),
         };
         output::data(&format!("{name:9} {}{behind}", show(&value, None)));
@@ -262,7 +286,10 @@ fn evaluated(repl: &mut Repl, expression: &Expression) -> Result<Value, u8> {
 pub(super) fn plot(repl: &mut Repl, text: &str) -> Result<(), u8> {
     let call = call(repl, "plot", text)?;
     let has = |name: &str| {
-        let names = call.arguments.iter().filter_map(|argument| argument.name.as_ref());
+        let names = call
+            .arguments
+            .iter()
+            .filter_map(|argument| argument.name.as_ref());
         names.into_iter().any(|known| *known.text == *name)
     };
     let mut expression = call.expression.clone();
@@ -280,7 +307,10 @@ pub(super) fn plot(repl: &mut Repl, text: &str) -> Result<(), u8> {
         }
         let mut arguments = call.arguments.clone();
         let more = repl.expression(&format!("plot(0{options})"))?;
-        if let ExpressionKind::Call { arguments: more, .. } = &*more.kind {
+        if let ExpressionKind::Call {
+            arguments: more, ..
+        } = &*more.kind
+        {
             arguments.extend(more.iter().skip(1).cloned());
         }
         if let ExpressionKind::Call { callee, .. } = &*call.expression.kind {
@@ -310,7 +340,10 @@ fn make(repl: &mut Repl, function: &str, text: &str) -> Result<(), u8> {
     let value = evaluated(repl, &call.expression)?;
     repl.data(&value);
     if let Some(file) = call.file {
-        let written = repl.workspace.session.call("export", value, &[("path", file)]);
+        let written = repl
+            .workspace
+            .session
+            .call("export", value, &[("path", file)]);
         written.map_err(|errors| repl.workspace.fail(&errors))?;
     }
     Ok(())
@@ -335,7 +368,9 @@ pub(super) fn time(repl: &mut Repl, text: &str) -> Result<(), u8> {
         _ => String::new(),
     };
     let s = if compiled == 1 { "" } else { "s" };
-    output::data(&format!("{seconds:.3} s{evaluations}, {compiled} compilation{s}"));
+    output::data(&format!(
+        "{seconds:.3} s{evaluations}, {compiled} compilation{s}"
+    ));
     Ok(())
 }
 

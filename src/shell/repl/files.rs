@@ -72,7 +72,9 @@ pub(super) fn undo(repl: &mut Repl) -> Result<(), u8> {
 /// A path as it is typed, with or without quotes.
 fn path(words: &str) -> Option<PathBuf> {
     let words = words.trim();
-    let inner = words.strip_prefix('"').and_then(|words| words.strip_suffix('"'));
+    let inner = words
+        .strip_prefix('"')
+        .and_then(|words| words.strip_suffix('"'));
     let words = inner.unwrap_or(words);
     (!words.is_empty()).then(|| PathBuf::from(words))
 }
@@ -85,7 +87,9 @@ fn text(statements: &[Statement], sources: &Sources) -> String {
         let source = &sources.get(statement.span.source).text;
         let start = statement.span.start as usize;
         let after = before
-            .filter(|before| before.span.source == statement.span.source && before.span.end as usize <= start)
+            .filter(|before| {
+                before.span.source == statement.span.source && before.span.end as usize <= start
+            })
             .map_or(0, |before| before.span.end as usize);
         let comments = comments_above(&source[after..start]);
         match &statement.documentation {

@@ -63,7 +63,10 @@ mod tests {
             let (head, body) = part.split_once(';').unwrap();
             let is_last = place + 1 == parts.len();
             assert!(head.starts_with("\u{1b}_G"));
-            assert!(head.ends_with(if is_last { "m=0" } else { "m=1" }), "{head}");
+            assert!(
+                head.ends_with(if is_last { "m=0" } else { "m=1" }),
+                "{head}"
+            );
             assert_eq!(head.contains("c=9,r=3"), place == 0);
             assert!(body.len() <= 4096);
             text += body;

@@ -54,8 +54,9 @@ impl Hinter for Assistant {
 impl Validator for Assistant {
     fn validate(&self, context: &mut ValidationContext) -> rustyline::Result<ValidationResult> {
         let text = context.input();
-        let is_whole =
-            commands::is_command(text) || text.len() > super::editor::LONGEST_TYPED || is_complete(text);
+        let is_whole = commands::is_command(text)
+            || text.len() > super::editor::LONGEST_TYPED
+            || is_complete(text);
         Ok(match is_whole {
             true => ValidationResult::Valid(None),
             false => ValidationResult::Incomplete,
@@ -110,7 +111,9 @@ impl Completer for Assistant {
         if let Some(begun) = before.strip_prefix(':')
             && !begun.contains(char::is_whitespace)
         {
-            let names = COMMANDS.iter().filter(|command| command.name.starts_with(begun));
+            let names = COMMANDS
+                .iter()
+                .filter(|command| command.name.starts_with(begun));
             let pairs = names.map(|command| Pair {
                 display: format!(":{}", command.name),
                 replacement: match command.arguments {
@@ -124,12 +127,17 @@ impl Completer for Assistant {
         match line[..begin].trim() {
             ":load" | ":save" | ":save!" => {
                 let skipped = begin + (before[begin..].len() - before[begin..].trim_start().len());
-                let (start, pairs) = self.files.complete_path(&line[skipped..], place - skipped)?;
+                let (start, pairs) = self
+                    .files
+                    .complete_path(&line[skipped..], place - skipped)?;
                 return Ok((skipped + start, pairs));
             }
             ":set" if !before.contains('=') => {
                 let begun = before[begin..].trim_start();
-                let names = self.parameters.iter().filter(|name| name.starts_with(begun));
+                let names = self
+                    .parameters
+                    .iter()
+                    .filter(|name| name.starts_with(begun));
                 let pairs = names.map(|name| Pair {
                     display: name.clone(),
                     replacement: format!("{name}="),
@@ -142,7 +150,9 @@ impl Completer for Assistant {
             return Ok((place, Vec::new()));
         }
         let found = complete(&line[begin..], place - begin, &self.surroundings);
-        let start = found.first().map_or(place, |first| begin + first.replace.start);
+        let start = found
+            .first()
+            .map_or(place, |first| begin + first.replace.start);
         let pairs = found
             .into_iter()
             .filter(|completion| begin + completion.replace.start == start)

@@ -12,7 +12,11 @@ pub(super) fn file() -> Option<PathBuf> {
     if let Some(chosen) = env::var_os("IMP_HISTORY") {
         return (!chosen.is_empty()).then(|| PathBuf::from(chosen));
     }
-    let folder = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let folder = |name| {
+        env::var_os(name)
+            .filter(|value| !value.is_empty())
+            .map(PathBuf::from)
+    };
     let data = folder("XDG_DATA_HOME")
         .filter(|path| path.is_absolute())
         .or_else(|| folder("APPDATA"))

@@ -15,6 +15,7 @@ mod files;
 mod graphics;
 mod helper;
 mod history;
+mod keyboard;
 mod pictures;
 mod screen;
 mod session;
@@ -27,6 +28,7 @@ use super::output::{self, report};
 use super::workspace::{STANDARD_INPUT, read};
 use crate::diagnostic::{Diagnostic, Sources};
 use editor::Editor;
+use keyboard::Keyboard;
 use screen::Screen;
 use session::{After, Repl};
 
@@ -49,7 +51,10 @@ pub(super) fn repl(command: &arguments::Repl) -> Result<(), u8> {
         false => Screen::without_terminal(),
     };
     let mut repl = Repl::new(common, screen, is_typed)?;
-    if is_typed {
+    if is_typed && repl.screen.has_editor {
+        let _keyboard = Keyboard::waiting();
+        super::interrupt::caught(|| converse(&mut repl, command))
+    } else if is_typed {
         converse(&mut repl, command)
     } else {
         begin(&mut repl, command)?;
@@ -106,9 +111,8 @@ fn converse(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
 
 /// Runs what comes through standard input: statements, with commands on lines of their own.
 fn run_piped(repl: &mut Repl) -> Result<(), u8> {
-    let (_, text) = read(Path::new(STANDARD_INPUT)).map_err(|error: Diagnostic| {
-        report(&[error], &Sources::default(), &repl.common)
-    })?;
+    let (_, text) = read(Path::new(STANDARD_INPUT))
+        .map_err(|error: Diagnostic| report(&[error], &Sources::default(), &repl.common))?;
     for part in parts(&text) {
         if let After::End = repl.take(&part)? {
             break;

@@ -55,8 +55,16 @@ impl Repl {
         let size = self.size(field.dimension(), room);
         let is_clear = self.leaves_background(field.dimension());
         let mut options = Vec::new();
-        for (name, text) in [("size", size.to_string()), ("transparent", is_clear.to_string())] {
-            let id = self.workspace.heard.sources.borrow_mut().add("<picture>", text.as_str());
+        for (name, text) in [
+            ("size", size.to_string()),
+            ("transparent", is_clear.to_string()),
+        ] {
+            let id = self
+                .workspace
+                .heard
+                .sources
+                .borrow_mut()
+                .add("<picture>", text.as_str());
             if let Ok(expression) = parse_expression(id, &text) {
                 options.push((name, expression));
             }
@@ -119,12 +127,18 @@ impl Repl {
                 let lines = cells::lines(&image, self.screen.colors);
                 let is_seen = |line: &String| !line.is_empty();
                 let first = lines.iter().position(is_seen).unwrap_or(0);
-                let end = lines.iter().rposition(is_seen).map_or(first, |last| last + 1);
+                let end = lines
+                    .iter()
+                    .rposition(is_seen)
+                    .map_or(first, |last| last + 1);
                 lines[first..end].iter().for_each(|line| output::data(line));
                 return;
             }
             Graphics::Kitty => {
-                let cells = [image.width.div_ceil(cell[0]), image.height.div_ceil(cell[1])];
+                let cells = [
+                    image.width.div_ceil(cell[0]),
+                    image.height.div_ceil(cell[1]),
+                ];
                 graphics::kitty(&image, cells)
             }
             Graphics::Sixel => graphics::sixel(&image),
@@ -180,7 +194,12 @@ mod tests {
 
     #[test]
     fn a_picture_is_made_smaller_by_whole_factors() {
-        let pixels = [[0, 0, 0, 255], [200, 100, 50, 255], [0, 0, 0, 0], [9, 9, 9, 0]];
+        let pixels = [
+            [0, 0, 0, 255],
+            [200, 100, 50, 255],
+            [0, 0, 0, 0],
+            [9, 9, 9, 0],
+        ];
         let image = Image {
             width: 4,
             height: 1,

@@ -43,6 +43,8 @@ pub(super) enum Graphics {
 pub(super) struct Screen {
     pub(super) colors: Colors,
     pub(super) graphics: Graphics,
+    /// Whether the line editor can move about on it.
+    pub(super) has_editor: bool,
     /// Whether it is a terminal.
     is_terminal: bool,
     /// Whether it is to be asked what it understands.
@@ -69,6 +71,7 @@ impl Screen {
         Screen {
             colors,
             graphics,
+            has_editor: !environment.is_plain(),
             is_terminal: true,
             is_unsure: chosen.is_none()
                 && graphics == Graphics::Blocks
@@ -83,6 +86,7 @@ impl Screen {
         Screen {
             colors: Colors::None,
             graphics: graphics.unwrap_or(Graphics::Blocks),
+            has_editor: false,
             is_terminal: false,
             is_unsure: false,
         }
@@ -113,7 +117,9 @@ impl Screen {
 
     /// The pixels of a character, across and down.
     pub(super) fn cell(&self) -> [usize; 2] {
-        ask::cell().filter(|_| self.is_terminal).unwrap_or(USUAL_CELL)
+        ask::cell()
+            .filter(|_| self.is_terminal)
+            .unwrap_or(USUAL_CELL)
     }
 
     /// Text that is less important than what stands around it.
@@ -158,7 +164,9 @@ impl Environment {
         let term = text("TERM");
         Environment {
             is_kitty: is_set("KITTY_WINDOW_ID"),
-            is_multiplexed: is_set("TMUX") || term.starts_with("screen") || term.starts_with("tmux"),
+            is_multiplexed: is_set("TMUX")
+                || term.starts_with("screen")
+                || term.starts_with("tmux"),
             refuses_color: is_set("NO_COLOR"),
             program: text("TERM_PROGRAM").to_lowercase(),
             color_term: text("COLORTERM").to_lowercase(),
@@ -167,8 +175,13 @@ impl Environment {
         }
     }
 
+    /// Whether it is one of those that the line editor takes for a typewriter.
+    fn is_plain(&self) -> bool {
+        matches!(&*self.term, "dumb" | "cons25" | "emacs")
+    }
+
     fn is_dumb(&self) -> bool {
-        self.term.is_empty() || self.term == "dumb"
+        self.term.is_empty() || self.is_plain()
     }
 
     fn colors(&self) -> Colors {
@@ -210,11 +223,17 @@ fn split_answer(heard: &[u8]) -> (Vec<u32>, String) {
         (Some(begin), Some(end)) => {
             let numbers = text[begin + 3..end].split(';');
             let attributes = numbers.filter_map(|number| number.parse().ok()).collect();
-            (attributes, format!("{}{}", &text[..begin], &text[end + 1..]))
+            (
+                attributes,
+                format!("{}{}", &text[..begin], &text[end + 1..]),
+            )
         }
         _ => (Vec::new(), text.into_owned()),
     };
-    let typed = typed.chars().filter(|letter| !letter.is_control()).collect();
+    let typed = typed
+        .chars()
+        .filter(|letter| !letter.is_control())
+        .collect();
     (attributes, typed)
 }
 
@@ -266,7 +285,11 @@ mod ask {
     fn answer(patience: Duration) -> Vec<u8> {
         let mut heard = Vec::new();
         let mut stdout = std::io::stdout().lock();
-        if stdout.write_all(b"\x1b[c").and_then(|()| stdout.flush()).is_err() {
+        if stdout
+            .write_all(b"\x1b[c")
+            .and_then(|()| stdout.flush())
+            .is_err()
+        {
             return heard;
         }
         let end = Instant::now() + patience;

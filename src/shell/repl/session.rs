@@ -175,7 +175,13 @@ impl Repl {
         let Some(last) = self.answer.clone() else {
             return Ok(None);
         };
-        let text = self.workspace.heard.sources.borrow().text(statement.span).to_string();
+        let text = self
+            .workspace
+            .heard
+            .sources
+            .borrow()
+            .text(statement.span)
+            .to_string();
         let is_kept = !matches!(statement.kind, StatementKind::Expression(_));
         if !is_kept || !mentions(&text, answer::NAME) || self.answer_is_defined() {
             return Ok(None);
@@ -184,10 +190,12 @@ impl Repl {
         let text = renamed(&text, answer::NAME, &name);
         let origin = format!("<input {}>", self.inputs);
         let documentation = statement.documentation.clone();
-        Ok(answer::statement(&self.workspace, &origin, &text).map(|statement| Statement {
-            documentation,
-            ..statement
-        }))
+        Ok(
+            answer::statement(&self.workspace, &origin, &text).map(|statement| Statement {
+                documentation,
+                ..statement
+            }),
+        )
     }
 
     /// Whether the session defines a name that is otherwise the last value's.
@@ -203,7 +211,13 @@ impl Repl {
             return;
         }
         let value = entered.value.clone();
-        let text = self.workspace.heard.sources.borrow().text(expression.span).to_string();
+        let text = self
+            .workspace
+            .heard
+            .sources
+            .borrow()
+            .text(expression.span)
+            .to_string();
         let answer = Answer::new(&text, value.clone(), self.answer.as_ref());
         self.answer = Some(Rc::new(answer));
         self.workspace.session.remember(answer::NAME, value);
