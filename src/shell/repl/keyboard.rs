@@ -2,7 +2,7 @@
 //!
 //! Between two inputs a terminal would collect what is typed into lines, of which it keeps no more
 //! than 4,096 bytes and loses the rest, show it in the midst of what is printed, and take Ctrl-D for
-//! an end. So it is told to wait instead, for as long as a session lasts; Ctrl-C stays a signal.
+//! an end. So what is typed is made to wait instead, for as long as a session lasts; Ctrl-C stays a signal.
 
 #[cfg(unix)]
 mod modes {
