@@ -28,6 +28,9 @@ use crate::diagnostic::{Code, Diagnostic, Span};
 use crate::syntax::tree::{Statement, StatementKind, Tree};
 use renewal::Renewal;
 
+/// Names of `var`s and their values.
+type Variables = Vec<(Arc<str>, Value)>;
+
 /// The state of a session at one time, to go back to.
 pub struct Snapshot {
     bindings: FxHashMap<Arc<str>, Binding>,
@@ -37,7 +40,7 @@ pub struct Snapshot {
     settings: Settings,
     fields: IndexMap<Arc<str>, FieldValue>,
     /// The `var`s of modules.
-    variables: Vec<(Rc<Unit>, Vec<(Arc<str>, Value)>)>,
+    variables: Vec<(Rc<Unit>, Variables)>,
 }
 
 /// What was typed at one time: statements that are run one after the other.
@@ -236,11 +239,11 @@ impl Session {
         input: &mut Input,
     ) -> Result<Vec<(Statement, bool)>, Vec<Diagnostic>> {
         let globals = Rc::clone(&self.main.scope);
-        for name in &renewal.names {
+        for name in &in_order(&renewal.names) {
             globals.unbind(name);
             self.fields.shift_remove(name);
         }
-        for name in new {
+        for name in &in_order(new) {
             if !matches!(statement.kind, StatementKind::Parameter { .. }) {
                 self.parameters.forget(name);
             }
@@ -248,7 +251,7 @@ impl Session {
         }
         self.forget_what_was_computed();
         let later: Names = input.statements.iter().flat_map(names_of).collect();
-        let names: Vec<Arc<str>> = renewal.names.iter().cloned().collect();
+        let names = in_order(&renewal.names);
         let (errors, _) = resolve::resolve_input(&alone(statement), &globals, &names);
         if let Some(span) = errors.first().and_then(Diagnostic::span) {
             return Err(vec![circle(span)]);
@@ -284,7 +287,7 @@ impl Session {
             input.waiting.extend(names_of(dependent));
         } else {
             self.run_again(dependent, changes)
-                .map_err(|error| vec![because_of(error, cause)])?;
+                .map_err(|error| vec![because_of(*error, cause)])?;
         }
         self.keep(dependent.clone());
         Ok(())
@@ -410,6 +413,12 @@ fn names_of(statement: &Statement) -> Vec<Arc<str>> {
     names.map(|name| Arc::clone(&name.text)).collect()
 }
 
+fn in_order(names: &Names) -> Vec<Arc<str>> {
+    let mut names: Vec<Arc<str>> = names.iter().cloned().collect();
+    names.sort();
+    names
+}
+
 fn alone(statement: &Statement) -> Tree {
     Tree {
         statements: vec![statement.clone()],
@@ -428,7 +437,7 @@ fn circle(span: Span) -> Diagnostic {
 }
 
 /// Says with which new definition something cannot be made again.
-fn because_of(error: Box<Diagnostic>, cause: &Statement) -> Diagnostic {
+fn because_of(error: Diagnostic, cause: &Statement) -> Diagnostic {
     let place = defined_names(cause)
         .first()
         .map_or(cause.span, |name| name.span);

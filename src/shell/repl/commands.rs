@@ -248,7 +248,7 @@ fn help(repl: &mut Repl, words: &str) -> Result<(), u8> {
     }
     match find(words.trim_start_matches(':')) {
         Some(command) => {
-            output::data(&format!(":{} {}", command.name, command.arguments).trim_end());
+            output::data(format!(":{} {}", command.name, command.arguments).trim_end());
             output::data(command.summary);
             output::data(command.details);
             output::data(&format!("Example: {}", command.example));

@@ -253,10 +253,8 @@ fn call(repl: &mut Repl, function: &str, text: &str) -> Result<Call, u8> {
             && matches!(&*argument.value.kind, ExpressionKind::Text(parts)
                 if parts.iter().all(|part| matches!(part, TextPart::Literal(_))))
     };
-    let file = match arguments.iter().skip(1).position(is_file) {
-        Some(place) => Some(arguments.remove(place + 1).value),
-        None => None,
-    };
+    let place = arguments.iter().skip(1).position(is_file);
+    let file = place.map(|place| arguments.remove(place + 1).value);
     let kind = ExpressionKind::Call {
         callee: callee.clone(),
         arguments: arguments.clone(),

@@ -55,7 +55,7 @@ struct Past {
 
 enum State {
     /// The same session as it was.
-    Before(Snapshot),
+    Before(Box<Snapshot>),
     /// The session before a file was loaded.
     Other(Box<Workspace>, Option<PathBuf>),
 }
@@ -108,7 +108,7 @@ impl Repl {
         let answer = self.answer.clone();
         match self.run(&tree) {
             Ok(last) => {
-                self.add_past(State::Before(before), answer, text);
+                self.add_past(State::Before(Box::new(before)), answer, text);
                 if let Some(value) = last {
                     self.show_picture(&value);
                 }
@@ -278,7 +278,7 @@ impl Repl {
         let past = self.past.pop()?;
         self.answer = past.answer;
         match past.state {
-            State::Before(snapshot) => self.workspace.session.restore(snapshot),
+            State::Before(snapshot) => self.workspace.session.restore(*snapshot),
             State::Other(workspace, file) => {
                 self.workspace = *workspace;
                 self.file = file;
