@@ -72,6 +72,21 @@ impl Scope {
         self.bindings.borrow_mut().insert(Arc::clone(name), binding);
     }
 
+    /// Forgets what the name was bound to here.
+    pub(super) fn unbind(&self, name: &str) {
+        self.bindings.borrow_mut().remove(name);
+    }
+
+    /// What is bound here, without what is around, to be put back by [`Scope::replace`].
+    pub(super) fn copied(&self) -> FxHashMap<Arc<str>, Binding> {
+        self.bindings.borrow().clone()
+    }
+
+    /// Binds these names here and no others.
+    pub(super) fn replace(&self, bindings: FxHashMap<Arc<str>, Binding>) {
+        drop(self.bindings.replace(bindings));
+    }
+
     /// What the name means here.
     pub fn find(&self, name: &str) -> Option<Binding> {
         let mut scope = self;

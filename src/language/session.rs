@@ -378,7 +378,7 @@ impl Session {
     }
 
     /// Fails where something is given from outside for a name that no file defines.
-    fn check_given(&self, imports: &FxHashMap<Arc<str>, PathBuf>) -> Outcome<()> {
+    pub(super) fn check_given(&self, imports: &FxHashMap<Arc<str>, PathBuf>) -> Outcome<()> {
         let mut names = self.names_in_modules(imports);
         let statements = self.main.statements.borrow();
         let own = statements

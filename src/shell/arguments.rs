@@ -64,6 +64,11 @@ pub(super) enum Command {
     /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
+    /// Begins a session: what is typed is run at once
+    #[command(
+        after_help = "Examples:\n  imp repl\n  imp repl examples/torus.imp --set r=0.3\n  echo \"2^10\" | imp\n\n`imp` alone does the same at a terminal; there `:help` lists the commands.\nWhat comes through a pipe is run without a greeting, and its first error ends it with exit code 1.\nIMP_HISTORY names the file for what was typed; IMP_GRAPHICS (kitty, sixel, blocks, none) says how pictures are shown."
+    )]
+    Repl(Repl),
     /// Says what the code of a message means, with an example and its repair
     #[command(after_help = "Examples:\n  imp explain E0105\n  imp explain")]
     Explain(Explain),
@@ -323,6 +328,14 @@ pub(super) struct Info {
 }
 
 #[derive(Args, Debug)]
+pub(super) struct Repl {
+    /// A file whose definitions the session begins with
+    pub(super) file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
 pub(super) struct Explain {
     /// The code, such as E0105; without one, all codes are listed
     pub(super) code: Option<String>,
@@ -376,6 +389,7 @@ impl Command {
             Command::Doc(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
+            Command::Repl(command) => &command.common,
             Command::Explain(_) | Command::Lsp(_) => return None,
         })
     }
