@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 const ROOMS: &[(&str, &[&str])] = &[
     ("diagnostic", &[]),
     ("syntax", &["diagnostic"]),
+    ("formatter", &["diagnostic", "syntax"]),
     ("math", &[]),
     ("graph", &["math"]),
     ("engine", &["graph", "math"]),
@@ -45,6 +46,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "inspect",
             "picture",
             "file",
+            "formatter",
             "language",
         ],
     ),
@@ -61,6 +63,7 @@ const KEPT: &[(&str, &str)] = &[
     ("indicatif", "shell"),
     ("png", "file"),
     ("ttf_parser", "file"),
+    ("similar", "shell"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

@@ -122,6 +122,15 @@ pub fn create_folder(path: &Path) -> Result<(), FileError> {
     })
 }
 
+/// Writes a text as it is, whatever the extension: whole, or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
+    let written = write::write_whole(path, |output| output.write_all(text.as_bytes()));
+    written.map_err(|source| FileError::CannotWrite {
+        path: path.to_owned(),
+        source,
+    })
+}
+
 fn describe_extension(extension: &str) -> String {
     if extension.is_empty() {
         "the file name has no extension that tells the format".to_owned()

@@ -36,6 +36,11 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp test examples/*.imp\n  imp test parts.imp --filter thread --json\n\nOf the rest of a file only what its tests need is run; what it prints and writes is left out."
     )]
     Test(Test),
+    /// Formats files in place, all in one style
+    #[command(
+        after_help = "Examples:\n  imp fmt scene.imp\n  imp fmt examples --check\n  imp fmt - --diff < scene.imp\n\nThe meaning and the comments stay. `-` is standard input, formatted to standard output."
+    )]
+    Fmt(Fmt),
     /// Prints the values of expressions
     #[command(
         after_help = "Examples:\n  imp eval \"2^10\"\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\" --json\n\nAn expression that begins with a dash goes behind `--`:\n  imp eval -- \"-pi/2\""
@@ -167,6 +172,21 @@ pub(super) struct Test {
     /// Runs only tests whose names contain this
     #[arg(long, value_name = "TEXT")]
     pub(super) filter: Option<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Fmt {
+    /// The files, and folders whose `.imp` files are meant; `-` is standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+    /// Changes nothing: names the files that are not formatted, and fails if there is one
+    #[arg(long)]
+    pub(super) check: bool,
+    /// Changes nothing: shows what would change
+    #[arg(long)]
+    pub(super) diff: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -357,6 +377,7 @@ impl Command {
             Command::Run(command) => &command.common,
             Command::Check(command) => &command.common,
             Command::Test(command) => &command.common,
+            Command::Fmt(command) => &command.common,
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,

@@ -11,6 +11,7 @@ mod doc;
 mod dump;
 mod eval;
 mod explain;
+mod fmt;
 mod info;
 mod make;
 mod output;
@@ -102,6 +103,7 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
         Command::Explain(command) => explain::explain(command),
+        Command::Fmt(command) => fmt::fmt(command),
     }
 }
 

@@ -33,10 +33,14 @@ fn standard_output() -> MutexGuard<'static, StandardOutput> {
 /// the work goes on: files are still to be written and assertions to be checked. The failure is
 /// told by [`finish`].
 pub(super) fn data(text: &str) {
+    data_as_it_is(&format!("{text}\n"));
+}
+
+/// Writes data that has its own line ends to standard output, as [`data`] does.
+pub(super) fn data_as_it_is(text: &str) {
     print(|| {
         let mut stdout = io::stdout().lock();
         stdout.write_all(text.as_bytes())?;
-        stdout.write_all(b"\n")?;
         stdout.flush()
     });
 }

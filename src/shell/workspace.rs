@@ -23,6 +23,9 @@ use crate::syntax::{parse, parse_expression};
 /// The file name that stands for standard input.
 pub(super) const STANDARD_INPUT: &str = "-";
 
+/// How some editors begin a text file.
+pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// Bytes of the largest source file that is read. Spans count bytes in 32 bits.
 const LARGEST_SOURCE: u64 = 256_000_000;
 
@@ -243,8 +246,18 @@ pub(super) fn source_name(file: &Path) -> String {
     }
 }
 
-/// The name and text of a file; `-` is standard input.
+/// The name and text of a file, without the byte order mark with which some editors begin it: it
+/// says nothing here. `-` is standard input.
 fn read(file: &Path) -> Result<(String, String), Diagnostic> {
+    let (name, mut text) = read_whole(file)?;
+    if text.starts_with(BYTE_ORDER_MARK) {
+        text.drain(..BYTE_ORDER_MARK.len_utf8());
+    }
+    Ok((name, text))
+}
+
+/// The name and the whole text of a file; `-` is standard input.
+pub(super) fn read_whole(file: &Path) -> Result<(String, String), Diagnostic> {
     let name = source_name(file);
     let refused = |reason: String| Diagnostic::error(Code::CannotRead, reason);
     if file.is_dir() {
@@ -266,14 +279,7 @@ fn read(file: &Path) -> Result<(String, String), Diagnostic> {
             let message = format!("`{name}` is not UTF-8 text: byte {at} cannot be read");
             Diagnostic::error(Code::NotText, message).help("save it as UTF-8")
         })
-        .map(|text| {
-            // Some editors begin a file with a byte-order mark, which says nothing here.
-            let text = text
-                .strip_prefix('\u{feff}')
-                .map(str::to_owned)
-                .unwrap_or(text);
-            (name, text)
-        })
+        .map(|text| (name, text))
 }
 
 /// At most one byte more than a source file may have: some files never end.

@@ -94,6 +94,35 @@ pub fn parse_expression(source: SourceId, text: &str) -> Result<Expression, Vec<
     ])
 }
 
+/// The places of the words of a program, in order: names, numbers, operators, brackets, and whole
+/// strings with what is interpolated in them; neither comments nor line ends. The text must be
+/// without mistakes.
+pub fn words(source: SourceId, text: &str) -> Vec<Span> {
+    let mut words = Vec::new();
+    let mut open_strings = 0_usize;
+    let mut start = Span::NOWHERE;
+    for (token, span) in lexer::lex(source, text).tokens {
+        match token {
+            Token::StringStart => {
+                if open_strings == 0 {
+                    start = span;
+                }
+                open_strings += 1;
+            }
+            Token::StringEnd => {
+                open_strings = open_strings.saturating_sub(1);
+                if open_strings == 0 {
+                    words.push(start.to(span));
+                }
+            }
+            Token::Newline => {}
+            _ if open_strings == 0 => words.push(span),
+            _ => {}
+        }
+    }
+    words
+}
+
 /// Adds the parser's mistakes to what was reported before, except those in a part of the text in
 /// which something was reported before: they are its consequence. A part reaches from one line end,
 /// `;` or brace to the next.
