@@ -64,6 +64,7 @@ const KEPT: &[(&str, &str)] = &[
     ("png", "file"),
     ("ttf_parser", "file"),
     ("similar", "shell"),
+    ("notify", "shell"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

@@ -90,9 +90,14 @@ impl<'text> Document<'text> {
         self.push(Item::Word(text));
     }
 
-    /// An operator or comma, which may stand before the comment of its line.
+    /// An operator, which may stand before the comment of its line.
     pub(super) fn attached(&mut self, text: &'text str) {
         self.push(Item::Attached(text));
+    }
+
+    /// A comma, before the comment that stands behind what was written last.
+    pub(super) fn comma(&mut self) {
+        self.items.push(Item::Attached(","));
     }
 
     /// A space.
@@ -142,11 +147,6 @@ impl<'text> Document<'text> {
         if let Some(before) = self.trailing.replace(text) {
             self.items.push(Item::Trailing(before));
         }
-    }
-
-    /// Whether what was written last is a comment behind code.
-    pub(super) fn ends_with_comment(&self) -> bool {
-        self.trailing.is_some()
     }
 
     /// A comment on a line of its own.
@@ -372,10 +372,26 @@ impl<'text> Page<'text> {
         if extent.forced || self.line.comment.is_some() {
             return true;
         }
-        let fits = widths.fit(index, extent.until, self.columns_left())
-            && widths.is_one_line(extent.resumes, extent.end);
-        let next_line = WIDTH.saturating_sub((self.steps + 1) * STEP);
-        !fits && (!extent.shy || widths.fit(index, extent.end, next_line))
+        let columns = self.columns_left();
+        if widths.fit(index, extent.end, columns) || self.hugs(index, extent, widths) {
+            return false;
+        }
+        !extent.shy || widths.fit(index, extent.end, self.next_line())
+    }
+
+    /// Whether a group that does not fit need not be broken, because a part of it has lines of its
+    /// own, and what stands before and behind that part fits on the first and last of them.
+    fn hugs(&self, index: usize, extent: Extent, widths: &Widths) -> bool {
+        let last_line = WIDTH.saturating_sub(self.steps * STEP + 1);
+        extent.until < extent.end
+            && widths.fit(index, extent.until, self.columns_left())
+            && widths.fit(extent.resumes, extent.end, last_line)
+            && !widths.fit(extent.until, extent.resumes, self.next_line())
+    }
+
+    /// The columns of a line that is one step further right.
+    fn next_line(&self) -> usize {
+        WIDTH.saturating_sub((self.steps + 1) * STEP)
     }
 
     fn is_broken(&self) -> bool {
@@ -415,7 +431,10 @@ impl<'text> Page<'text> {
 
     /// Ends a line that has begun.
     fn end_line(&mut self) {
-        let line = std::mem::take(&mut self.line);
+        let mut line = std::mem::take(&mut self.line);
+        let code = line.code.trim_end().len();
+        line.columns -= line.code.len() - code;
+        line.code.truncate(code);
         if !line.code.is_empty() {
             self.lines.push(line);
         }
@@ -438,10 +457,9 @@ impl<'text> Page<'text> {
         {
             let longest = run.iter().map(|line| line.columns).max().unwrap_or(0);
             for line in run {
-                let code = line.code.trim_end();
-                text.push_str(code);
+                text.push_str(&line.code);
                 if let Some(comment) = line.comment {
-                    let gap = longest - line.columns + line.code.len() - code.len() + 1;
+                    let gap = longest - line.columns + 1;
                     text.extend(std::iter::repeat_n(' ', gap));
                     text.push_str(comment);
                 }

@@ -192,7 +192,7 @@ impl Writer<'_> {
         if place == Place::Inline {
             self.document.indent();
         }
-        for (index, operand) in chain.rest.iter().enumerate() {
+        for operand in &chain.rest {
             let gap = match chain.may_be_tight && self.is_next_tight() {
                 true => "",
                 false => " ",
@@ -212,18 +212,9 @@ impl Writer<'_> {
                 self.operator();
                 self.document.gap(gap);
             }
-            let hugged = index + 1 == chain.rest.len() && has_block_argument(operand);
-            if hugged {
-                self.document.measure_to_here(group);
-                place
-                    .into_iter()
-                    .for_each(|place| self.document.filled(place));
-            }
             self.expression(operand, Place::Inline);
-            if !hugged {
-                place
-                    .into_iter()
-                    .for_each(|place| self.document.filled(place));
+            if let Some(place) = place {
+                self.document.filled(place);
             }
         }
         if place == Place::Inline {

@@ -192,10 +192,13 @@ impl Writer<'_> {
 
     /// `{ … }` in a group that decides about its lines: one, if it was written so and fits.
     pub(super) fn block_in(&mut self, group: Group, block: &Block) {
+        self.word();
+        if block.statements.is_empty() && self.next_word() == "}" && !self.is_after_comment() {
+            return self.word();
+        }
         if self.has_lines(block.span) {
             self.document.force(group);
         }
-        self.word();
         self.document.indent();
         self.statements(&block.statements, " ");
         self.document.dedent();

@@ -16,6 +16,8 @@ pub(super) struct Writer<'text> {
     comment: usize,
     /// Where what was written last ends in the text.
     end: usize,
+    /// Whether a comment stands behind the word that was written last.
+    behind_comment: bool,
     /// The document so far.
     pub(super) document: Document<'text>,
     /// For each open bracket whether line ends say nothing in it.
@@ -57,6 +59,7 @@ impl<'text> Writer<'text> {
             word: 0,
             comment: 0,
             end: 0,
+            behind_comment: false,
             document: Document::default(),
             brackets: Vec::new(),
         }
@@ -106,7 +109,7 @@ impl<'text> Writer<'text> {
 
     /// Whether the next word cannot stand on the line at hand, because of a comment.
     pub(super) fn is_after_comment(&self) -> bool {
-        self.has_comment_before_word() || self.document.ends_with_comment()
+        self.has_comment_before_word() || self.behind_comment
     }
 
     /// Whether a comment stands on its own line before the next word.
@@ -121,8 +124,10 @@ impl<'text> Writer<'text> {
         self.brackets.last().copied().unwrap_or(false)
     }
 
-    /// Goes past the next word, and past the comment behind it on its line.
-    fn advance(&mut self) {
+    /// Goes past the next word, and past the comment behind it on its line unless it is `crowded`
+    /// there: then it goes on a line of its own, before the word that follows.
+    fn advance(&mut self, crowded: bool) {
+        self.behind_comment = crowded;
         let Some(&span) = self.words.get(self.word) else {
             return;
         };
@@ -139,8 +144,9 @@ impl<'text> Writer<'text> {
         };
         let (start, end) = (comment.start as usize, comment.end as usize);
         let next_to_it = start >= self.end && start < self.next_start();
-        if next_to_it && !self.text[self.end..start].contains('\n') {
+        if next_to_it && !crowded && !self.text[self.end..start].contains('\n') {
             self.document.trailing_comment(self.slice(comment));
+            self.behind_comment = true;
             self.comment += 1;
             self.end = end;
         }
@@ -153,6 +159,7 @@ impl<'text> Writer<'text> {
             self.document.own_line_comment(self.slice(comment));
             self.comment += 1;
             self.end = self.end.max(comment.end as usize);
+            self.behind_comment = false;
         }
     }
 
@@ -190,7 +197,7 @@ impl<'text> Writer<'text> {
         self.comments();
         let word = self.next_word();
         self.document.word(word);
-        self.advance();
+        self.advance(false);
     }
 
     /// Writes the next word, an operator: it may stand before the comment of its line.
@@ -198,7 +205,7 @@ impl<'text> Writer<'text> {
         self.comments();
         let word = self.next_word();
         self.document.attached(word);
-        self.advance();
+        self.advance(self.behind_comment);
     }
 
     /// Writes so many words with spaces between them.
@@ -215,7 +222,7 @@ impl<'text> Writer<'text> {
     pub(super) fn skip_separators(&mut self) -> bool {
         let mut found = false;
         while SEPARATORS.contains(&self.next_word()) {
-            self.advance();
+            self.advance(self.behind_comment);
             found = true;
         }
         found
@@ -223,7 +230,7 @@ impl<'text> Writer<'text> {
 
     /// Writes the comma between two elements, whatever separated them.
     pub(super) fn comma(&mut self) {
-        self.document.attached(",");
+        self.document.comma();
         self.skip_separators();
     }
 

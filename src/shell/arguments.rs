@@ -28,6 +28,9 @@ pub(super) enum Command {
     /// Runs a file's script
     #[command(after_help = "Example:\n  imp run examples/blobs.imp --set b=0.4 --out build")]
     Run(Run),
+    /// Runs a file's script, and again whenever one of its files is saved
+    #[command(after_help = "Example:\n  imp watch examples/blobs.imp --out build")]
+    Watch(Run),
     /// Checks files without running their statements
     #[command(after_help = "Example:\n  imp check examples/blobs.imp examples/torus.imp")]
     Check(Check),
@@ -72,6 +75,14 @@ pub(super) enum Command {
     /// Says what the code of a message means, with an example and its repair
     #[command(after_help = "Examples:\n  imp explain E0105\n  imp explain")]
     Explain(Explain),
+    /// Prints the script that completes words of the command line in a shell
+    #[command(
+        after_help = "Examples:\n  imp completions bash > ~/.local/share/bash-completion/completions/imp\n  imp completions zsh > ~/.zfunc/_imp\n  imp completions fish > ~/.config/fish/completions/imp.fish"
+    )]
+    Completions(Completions),
+    /// Prints the manual page of the program or of a command
+    #[command(after_help = "Examples:\n  imp man | man -l -\n  imp man mesh > imp-mesh.1")]
+    Man(Manual),
     /// Prints the intermediate forms of a field
     #[command(after_help = "Example:\n  imp dump examples/torus.imp torus --graph")]
     Dump(Dump),
@@ -151,6 +162,9 @@ pub(super) enum MessageFormat {
 pub(super) struct Run {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
+    /// Runs again whenever the file, or one that it imports, is saved
+    #[arg(long, conflicts_with = "json")]
+    pub(super) watch: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -347,6 +361,19 @@ pub(super) struct Explain {
 }
 
 #[derive(Args, Debug)]
+pub(super) struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    pub(super) shell: clap_complete::Shell,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Manual {
+    /// The command; without one, the page is about the program
+    pub(super) command: Option<String>,
+}
+
+#[derive(Args, Debug)]
 pub(super) struct Dump {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
@@ -374,7 +401,7 @@ impl Command {
     /// What every command understands that reads a file.
     pub(super) fn common(&self) -> Option<&Common> {
         Some(match self {
-            Command::Run(command) => &command.common,
+            Command::Run(command) | Command::Watch(command) => &command.common,
             Command::Check(command) => &command.common,
             Command::Test(command) => &command.common,
             Command::Fmt(command) => &command.common,
@@ -385,7 +412,7 @@ impl Command {
             Command::Doc(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
-            Command::Explain(_) => return None,
+            Command::Explain(_) | Command::Completions(_) | Command::Man(_) => return None,
         })
     }
 }

@@ -7,6 +7,7 @@
 
 mod arguments;
 mod check;
+mod completions;
 mod doc;
 mod dump;
 mod eval;
@@ -14,11 +15,13 @@ mod explain;
 mod fmt;
 mod info;
 mod make;
+mod man;
 mod output;
 mod progress;
 mod render;
 mod run;
 mod test;
+mod watch;
 mod workspace;
 
 use std::ffi::{OsStr, OsString};
@@ -104,6 +107,12 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Dump(command) => dump::dump(command),
         Command::Explain(command) => explain::explain(command),
         Command::Fmt(command) => fmt::fmt(command),
+        Command::Watch(command) => watch::watch(command),
+        Command::Completions(command) => {
+            completions::completions(command);
+            Ok(())
+        }
+        Command::Man(command) => man::man(command),
     }
 }
 

@@ -47,6 +47,8 @@ pub(super) struct Heard {
     /// Whether what the script prints is kept in `printed` instead of being shown.
     pub(super) gathers: Cell<bool>,
     pub(super) written: RefCell<Vec<PathBuf>>,
+    /// The files that were imported.
+    pub(super) read: RefCell<Vec<PathBuf>>,
     pub(super) warnings: RefCell<Vec<Diagnostic>>,
 }
 
@@ -92,6 +94,7 @@ impl Host for Terminal {
     }
 
     fn read_source(&mut self, path: &Path) -> Result<(SourceId, Arc<str>), Diagnostic> {
+        self.heard.read.borrow_mut().push(path.to_path_buf());
         let (name, text) = read(path)?;
         let text: Arc<str> = text.into();
         let id = self.heard.sources.borrow_mut().add(name, Arc::clone(&text));
@@ -128,6 +131,7 @@ impl Workspace {
             printed: RefCell::default(),
             gathers: Cell::new(common.json),
             written: RefCell::default(),
+            read: RefCell::default(),
             warnings: RefCell::default(),
         });
         let host = Terminal {

@@ -22,6 +22,8 @@ const BEFORE: &[&str] = &[
 pub(crate) fn shaken(random: &mut Random, text: &str) -> String {
     let spans = words(SourceId(0), text);
     let mut brackets = Vec::new();
+    // From hardly any line ends to everywhere.
+    let lines = [2, 10, 30][random.below(3)];
     let mut result = gap(random, true, false);
     for (index, span) in spans.iter().enumerate() {
         let word = &text[span.start as usize..span.end as usize];
@@ -45,7 +47,7 @@ pub(crate) fn shaken(random: &mut Random, text: &str) -> String {
             || (BEHIND.contains(&word) && !starts_definition(next))
             || BEFORE.contains(&next)
             || (separates && old.trim().is_empty());
-        if (was_line && !free) || (free && random.chance(20)) {
+        if (was_line && !free) || (free && random.chance(lines)) {
             result += &gap(random, true, was_line && !free);
         } else if !old.is_empty() || random.chance(30) {
             result += &gap(random, false, false);

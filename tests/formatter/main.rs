@@ -41,26 +41,27 @@ fn without_places(debug: &str) -> String {
     })
 }
 
-/// Fails unless formatting keeps the meaning and the comments, and changes nothing a second time.
-/// Texts with mistakes are left out: the result says whether it is one without.
-fn check(text: &str) -> bool {
+/// Checks that formatting keeps the meaning and the comments, and changes nothing a second time;
+/// else says what is wrong. Texts with mistakes are left out: the result says whether it is one
+/// without.
+fn check(text: &str) -> Result<bool, String> {
     let Some(before) = meaning(text) else {
-        return false;
+        return Ok(false);
     };
     let once = formatted(text);
-    let after = meaning(&once).unwrap_or_else(|| panic!("from\n{text}\ncomes\n{once}"));
-    assert_eq!(before, after, "from\n{text}\ncomes\n{once}");
-    let twice = formatted(&once);
-    assert!(
-        once == twice,
-        "from\n{text}\ncomes\n{once}\nand then\n{twice}"
-    );
-    for line in once.lines() {
-        assert!(line.trim_end() == line, "{once}");
-    }
-    assert!(
-        !once.contains("\n\n\n") && !once.starts_with('\n'),
-        "{once}"
-    );
-    true
+    let twice = meaning(&once).map(|_| formatted(&once));
+    let tidy = once.lines().all(|line| line.trim_end() == line)
+        && !once.contains("\n\n\n")
+        && !once.starts_with('\n');
+    let wrong = match &twice {
+        None => "is wrong",
+        Some(_) if meaning(&once) != Some(before) => "means something else",
+        Some(twice) if *twice != once => "changes again",
+        Some(_) if !tidy => "has odd spaces",
+        Some(_) => return Ok(true),
+    };
+    let twice = twice.unwrap_or_default();
+    Err(format!(
+        "{wrong}\n{text}\n--- once ---\n{once}\n--- twice ---\n{twice}"
+    ))
 }
