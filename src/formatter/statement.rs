@@ -192,7 +192,8 @@ impl Writer<'_> {
 
     /// `{ … }` in a group that decides about its lines: one, if it was written so and fits.
     pub(super) fn block_in(&mut self, group: Group, block: &Block) {
-        self.word();
+        // A comment before the brace goes behind it.
+        self.operator();
         if block.statements.is_empty() && self.next_word() == "}" && !self.is_after_comment() {
             return self.word();
         }

@@ -484,3 +484,46 @@ fn limit(text: &str) -> Result<Limit, String> {
         Err(_) => Err("N must be a whole number, 0 or greater".into()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// The words of a command line up to what a shell does with its output or input.
+    fn words(line: &str) -> Vec<String> {
+        let quoted = line.split('"').enumerate();
+        let mut words = Vec::new();
+        for (index, part) in quoted {
+            match index % 2 {
+                0 => words.extend(part.split_whitespace().map(str::to_owned)),
+                _ => words.push(part.to_owned()),
+            }
+        }
+        let end = words
+            .iter()
+            .position(|word| matches!(&word[..], "|" | ">" | "<"));
+        words.truncate(end.unwrap_or(words.len()));
+        words
+    }
+
+    #[test]
+    fn the_help_of_every_command_shows_examples_that_are_understood() {
+        let program = Arguments::command();
+        for command in program.get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let help = help.unwrap_or_else(|| panic!("`imp {name}` has no example"));
+            let examples = help.lines().filter(|line| line.starts_with("  imp "));
+            let mut own = 0;
+            for line in examples {
+                let words = words(line);
+                let parsed = Arguments::try_parse_from(&words);
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+                own += usize::from(words[1] == name);
+            }
+            assert!(own > 0, "`imp {name}` has no example");
+        }
+    }
+}
