@@ -91,8 +91,9 @@ fn completions_know_the_commands_in_every_shell() {
 fn manual_pages_are_there_for_the_program_and_its_commands() {
     let run = imp(&["man"]).well();
     assert!(
-        run.stdout.contains(".TH imp 1") && run.stdout.contains("EXAMPLE")
-            || run.stdout.contains("Examples")
+        run.stdout.contains(".TH imp 1") && run.stdout.contains("Examples"),
+        "{}",
+        run.stdout
     );
     let run = imp(&["man", "mesh"]).well();
     assert!(run.stdout.contains("resolution"), "{}", run.stdout);
@@ -103,6 +104,22 @@ fn manual_pages_are_there_for_the_program_and_its_commands() {
         "{}",
         run.stderr
     );
+}
+
+#[test]
+fn colours_can_be_forced_and_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.imp"), "let a = (\n").unwrap();
+    for (forced, refused, coloured) in [("1", "", true), ("0", "", false), ("1", "1", false)] {
+        let output = program(folder.path())
+            .args(["check", "a.imp"])
+            .env("CLICOLOR_FORCE", forced)
+            .env("NO_COLOR", refused)
+            .output()
+            .unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(stderr.contains('\u{1b}'), coloured, "{forced} {refused}");
+    }
 }
 
 #[cfg(target_os = "linux")]
