@@ -37,6 +37,10 @@ pub(super) fn watch(command: &Run) -> Result<(), u8> {
         let error = Diagnostic::error(Code::Usage, "standard input cannot be watched");
         return Err(fail(error.help("name a file")));
     }
+    if command.common.json {
+        let message = "`--json` is for one run, and a watched script runs many times";
+        return Err(fail(Diagnostic::error(Code::Usage, message)));
+    }
     let mut folders = Folders::new().map_err(|error| fail(refused(&error)))?;
     let main = absolute(&command.file);
     let mut files = BTreeSet::from([main.clone()]);
