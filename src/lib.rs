@@ -14,6 +14,8 @@ extern crate self as imp;
 pub mod diagnostic;
 pub mod syntax;
 
+pub mod formatter;
+
 pub mod math;
 
 pub mod graph;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 const ROOMS: &[(&str, &[&str])] = &[
     ("diagnostic", &[]),
     ("syntax", &["diagnostic"]),
+    ("formatter", &["diagnostic", "syntax"]),
     ("math", &[]),
     ("graph", &["math"]),
     ("engine", &["graph", "math"]),
@@ -47,6 +48,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "inspect",
             "picture",
             "file",
+            "formatter",
             "language",
         ],
     ),
@@ -69,6 +71,8 @@ const KEPT: &[(&str, &str)] = &[
     ("lsp_types", "shell/lsp"),
     ("png", "file"),
     ("ttf_parser", "file"),
+    ("similar", "shell"),
+    ("notify", "shell"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

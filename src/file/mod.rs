@@ -118,7 +118,7 @@ pub fn png_bytes(image: &Image) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Writes a text, such as a script, to a file, whole or not at all.
+/// Writes a text, such as a script, to a file as it is, whatever the extension: whole, or not at all.
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     write::write_whole(path, |output| output.write_all(text.as_bytes())).map_err(|source| {
         FileError::CannotWrite {

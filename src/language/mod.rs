@@ -35,5 +35,5 @@ pub mod value;
 pub use field::FieldValue;
 pub use interactive::{Entered, Input, Snapshot};
 pub use limits::Limits;
-pub use session::{Host, Mode, Session};
+pub use session::{Host, Mode, Session, Spent};
 pub use value::{Outcome, Value};

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
@@ -128,6 +128,16 @@ pub struct Session {
     /// The main file's fields, in order.
     pub(super) fields: IndexMap<Arc<str>, FieldValue>,
     has_warned_of_refusal: bool,
+    spent: IndexMap<&'static str, Spent>,
+}
+
+/// What the calls of a function have taken.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spent {
+    /// How many there were.
+    pub calls: u64,
+    /// How long all of them took.
+    pub time: Duration,
 }
 
 /// What scopes and functions hold of each other is freed with the session: values that it gave are
@@ -196,6 +206,7 @@ impl Session {
             main,
             fields: IndexMap::new(),
             has_warned_of_refusal: false,
+            spent: IndexMap::new(),
         }
     }
 
@@ -339,6 +350,19 @@ impl Session {
                 "the results are the same; work on single points, such as sampling, is slower",
             ));
         }
+    }
+
+    /// Counts a call of a function that takes long.
+    pub(super) fn spend(&mut self, function: &'static str, time: Duration) {
+        let spent = self.spent.entry(function).or_default();
+        spent.calls += 1;
+        spent.time += time;
+    }
+
+    /// What the functions have taken that make or write something, in the order of their first
+    /// calls.
+    pub fn spent(&self) -> &IndexMap<&'static str, Spent> {
+        &self.spent
     }
 
     /// The fields of the file, in order.

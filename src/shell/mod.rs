@@ -7,20 +7,25 @@
 
 mod arguments;
 mod check;
+mod completions;
 mod doc;
 mod dump;
 mod eval;
 mod explain;
+mod fmt;
 mod info;
 mod interrupt;
 mod lsp;
 mod make;
+mod man;
 mod output;
 mod progress;
 mod render;
 mod repl;
 mod run;
 mod test;
+mod timings;
+mod watch;
 mod workspace;
 
 use std::ffi::{OsStr, OsString};
@@ -126,6 +131,13 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Repl(command) => repl::repl(command),
         Command::Explain(command) => explain::explain(command),
         Command::Lsp(command) => lsp::lsp(command),
+        Command::Fmt(command) => fmt::fmt(command),
+        Command::Watch(command) => watch::watch(command),
+        Command::Completions(command) => {
+            completions::completions(command);
+            Ok(())
+        }
+        Command::Man(command) => man::man(command),
     }
 }
 

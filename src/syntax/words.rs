@@ -157,6 +157,35 @@ fn kind(token: Token) -> WordKind {
     }
 }
 
+/// The places of the words of a program, in order: names, numbers, operators, brackets, and whole
+/// strings with what is interpolated in them; neither comments nor line ends. The text must be
+/// without mistakes.
+pub fn spans(source: SourceId, text: &str) -> Vec<Span> {
+    let mut words = Vec::new();
+    let mut open_strings = 0_usize;
+    let mut start = Span::NOWHERE;
+    for (token, span) in lexer::lex(source, text).tokens {
+        match token {
+            Token::StringStart => {
+                if open_strings == 0 {
+                    start = span;
+                }
+                open_strings += 1;
+            }
+            Token::StringEnd => {
+                open_strings = open_strings.saturating_sub(1);
+                if open_strings == 0 {
+                    words.push(start.to(span));
+                }
+            }
+            Token::Newline => {}
+            _ if open_strings == 0 => words.push(span),
+            _ => {}
+        }
+    }
+    words
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

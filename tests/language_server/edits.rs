@@ -91,6 +91,27 @@ fn names_are_changed_in_open_files_and_on_disk() {
 }
 
 #[test]
+fn programs_are_formatted_and_broken_ones_are_left_alone() {
+    const URI: &str = "untitled:style";
+    let text = "let  a=[1,2 ,3]  # 🙂 three\n\n\n\nfield ball(p in R3)=norm(p)-1\n";
+    let styled = "let a = [1, 2, 3] # 🙂 three\n\nfield ball(p in R3) = norm(p) - 1\n";
+    let asked = json!({
+        "textDocument": {"uri": URI},
+        "options": {"tabSize": 4, "insertSpaces": true},
+    });
+    let mut client = Client::ready();
+    client.open(URI, text);
+    let edits = client.request("textDocument/formatting", asked.clone());
+    assert_eq!(edited(text, &edits), styled);
+    client.change(URI, 2, json!([{"text": styled}]));
+    let edits = client.request("textDocument/formatting", asked.clone());
+    assert_eq!(edits, json!([]));
+    client.change(URI, 3, json!([{"text": "let a = [1,,"}]));
+    assert!(client.request("textDocument/formatting", asked).is_null());
+    assert_eq!(client.finish(), 0);
+}
+
+#[test]
 fn names_that_cannot_be_changed_are_refused() {
     const URI: &str = "untitled:names";
     let text = "let one = sin(1)\nlet two = one\n";

@@ -17,6 +17,7 @@ mod script;
 mod surfaces;
 
 use std::sync::LazyLock;
+use std::time::Instant;
 
 pub use arguments::Arguments;
 pub use choices::choices;
@@ -105,6 +106,12 @@ impl Builtin {
     /// Calls it.
     pub(super) fn apply(&self, session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         match self.call {
+            Call::Function(function) if self.acts => {
+                let begun = Instant::now();
+                let result = function(session, arguments);
+                session.spend(self.name, begun.elapsed());
+                result
+            }
             Call::Function(function) => function(session, arguments),
             Call::Operation(op) => mathematics::apply_operation(session, op, arguments),
         }

@@ -13,6 +13,8 @@ use serde_json::Value as Json;
 
 use super::answers::location;
 use super::server::{Failure, Server, answer as answered};
+use crate::diagnostic::SourceId;
+use crate::formatter;
 use crate::syntax::words::is_name;
 
 /// Answers a request that asks for changes; nothing if it is none of these.
@@ -27,11 +29,32 @@ pub(super) fn answer<W: Write>(
             answered::<r::PrepareRenameRequest>(params, |params| prepare_rename(server, &params))
         }
         r::Rename::METHOD => answered::<r::Rename>(params, |params| rename(server, &params)),
+        r::Formatting::METHOD => {
+            answered::<r::Formatting>(params, |params| format(server, &params.text_document.uri))
+        }
         r::CodeActionRequest::METHOD => {
             answered::<r::CodeActionRequest>(params, |params| actions(server, &params))
         }
         _ => return None,
     })
+}
+
+/// One edit of the whole text, or none where it has mistakes, which are reported anyway, or the
+/// style already.
+fn format<W: Write>(
+    server: &mut Server<W>,
+    address: &Uri,
+) -> Result<Option<Vec<TextEdit>>, Failure> {
+    let (_, document) = server.document(address)?;
+    let Ok(formatted) = formatter::format(SourceId(0), &document.text) else {
+        return Ok(None);
+    };
+    if formatted == *document.text {
+        return Ok(Some(Vec::new()));
+    }
+    let whole = 0..document.text.len();
+    let range = document.lines.range(&document.text, &whole);
+    Ok(Some(vec![TextEdit::new(range, formatted)]))
 }
 
 fn refused(reason: String) -> Failure {
