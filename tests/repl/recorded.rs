@@ -133,9 +133,8 @@ fn the_session_of_the_guide_is_true() {
     let text = include_str!("../../docs/repl.md");
     let session = text.split("```").nth(1).unwrap();
     let mut terminal = Terminal::new();
-    let mut lines = session.lines().skip(1).peekable();
     let mut inputs = 0;
-    while let Some(line) = lines.next() {
+    for line in session.lines().skip(1) {
         if let Some(input) = line.strip_prefix("imp> ") {
             terminal.enter(input);
             inputs += 1;
