@@ -14,6 +14,8 @@ extern crate self as imp;
 pub mod diagnostic;
 pub mod syntax;
 
+pub mod formatter;
+
 pub mod math;
 
 pub mod graph;
@@ -35,5 +37,7 @@ pub mod file;
 pub mod library;
 
 pub mod language;
+
+pub mod assist;
 
 pub mod shell;

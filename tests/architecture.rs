@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 const ROOMS: &[(&str, &[&str])] = &[
     ("diagnostic", &[]),
     ("syntax", &["diagnostic"]),
+    ("formatter", &["diagnostic", "syntax"]),
     ("math", &[]),
     ("graph", &["math"]),
     ("engine", &["graph", "math"]),
@@ -32,9 +33,11 @@ const ROOMS: &[(&str, &[&str])] = &[
             "library",
         ],
     ),
+    ("assist", &["diagnostic", "syntax", "language", "library"]),
     (
         "shell",
         &[
+            "assist",
             "diagnostic",
             "syntax",
             "graph",
@@ -45,6 +48,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "inspect",
             "picture",
             "file",
+            "formatter",
             "language",
         ],
     ),
@@ -57,10 +61,18 @@ const KEPT: &[(&str, &str)] = &[
     ("ariadne", "diagnostic"),
     ("cranelift", "engine/jit"),
     ("clap", "shell"),
+    ("rustyline", "shell/repl"),
+    ("rustix", "shell/repl"),
+    ("icy_sixel", "shell/repl"),
+    ("base64", "shell/repl"),
     ("ctrlc", "shell"),
     ("indicatif", "shell"),
+    ("lsp_server", "shell/lsp"),
+    ("lsp_types", "shell/lsp"),
     ("png", "file"),
     ("ttf_parser", "file"),
+    ("similar", "shell"),
+    ("notify", "shell"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

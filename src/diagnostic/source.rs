@@ -74,6 +74,16 @@ impl Sources {
         SourceId(self.all.len() as u32 - 1)
     }
 
+    /// How many texts there are.
+    pub fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// Whether there is no text.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
     /// The text with that id.
     pub fn get(&self, id: SourceId) -> &Source {
         &self.all[id.0 as usize]

@@ -52,7 +52,7 @@ pub use compiled::CompiledField;
 pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
 pub use extent::{Extent, extent};
 pub use field::Field;
-pub use jit::{compilations, refusal};
+pub use jit::{compilations, compiling, refusal};
 pub use monitor::{Monitor, Silent};
 pub use program::Program;
 pub use sparse::SparseParameters;

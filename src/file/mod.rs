@@ -111,6 +111,23 @@ pub fn check_writable(path: &Path, made: Option<&Path>) -> Result<(), FileError>
     })
 }
 
+/// A picture as the bytes of a PNG file.
+pub fn png_bytes(image: &Image) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    png::write_image(&mut bytes, image)?;
+    Ok(bytes)
+}
+
+/// Writes a text, such as a script, to a file as it is, whatever the extension: whole, or not at all.
+pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
+    write::write_whole(path, |output| output.write_all(text.as_bytes())).map_err(|source| {
+        FileError::CannotWrite {
+            path: path.to_owned(),
+            source,
+        }
+    })
+}
+
 /// Makes a folder and those above it, unless it is there.
 pub fn create_folder(path: &Path) -> Result<(), FileError> {
     std::fs::create_dir_all(path).map_err(|source| FileError::CannotWrite {

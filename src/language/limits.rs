@@ -95,8 +95,12 @@ impl Session {
         Deadline::new(self.host.monitor(), self.deadline)
     }
 
-    /// Fails where the time is over.
+    /// Fails where the time is over, or whoever watches wants an end.
     pub(super) fn check_time(&self, span: Span) -> Outcome<()> {
+        if self.host.monitor().cancelled() {
+            let message = "the computation was stopped";
+            return Err(failure(Code::Cancelled, message).at(span, "was running here"));
+        }
         match self.deadline {
             Some(end) if Instant::now() >= end => exceeded(
                 Code::TimeLimit,

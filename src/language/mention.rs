@@ -13,7 +13,8 @@ use crate::syntax::tree::{
     TextPart,
 };
 
-type Names = FxHashSet<Arc<str>>;
+/// A set of names.
+pub(super) type Names = FxHashSet<Arc<str>>;
 
 /// The places of the statements that an expression needs, in order: those that bind or assign
 /// a name that it mentions, and those that they need themselves.
@@ -72,6 +73,99 @@ impl Uses {
             mentioned: walker.mentioned,
         }
     }
+}
+
+/// What running a statement does with the names of its file.
+pub(super) struct Effects {
+    /// What it binds.
+    pub(super) bound: Names,
+    /// What it binds, and the `var`s that it assigns or that functions assign which it mentions.
+    pub(super) changed: Names,
+    /// What it mentions, whatever that stands for.
+    pub(super) mentioned: Names,
+}
+
+/// The effects of the statements of a file. A name that also occurs inside as one of its own counts
+/// as well, so what is found is never too little.
+pub(super) fn effects(statements: &[Statement]) -> Vec<Effects> {
+    let variables: Names = statements
+        .iter()
+        .filter_map(|statement| match &statement.kind {
+            StatementKind::Variable { name, .. } => Some(Arc::clone(&name.text)),
+            _ => None,
+        })
+        .collect();
+    let walked: Vec<Walker> = statements
+        .iter()
+        .map(|statement| {
+            let mut walker = Walker::default();
+            walker.statement(statement);
+            walker.assigned.retain(|name| variables.contains(name));
+            walker
+        })
+        .collect();
+    let assigning = assigning_functions(statements, &walked);
+    let each = statements.iter().zip(walked);
+    each.map(|(statement, walker)| {
+        let bound: Names = names_of(statement);
+        let mut changed = bound.clone();
+        if !matches!(
+            statement.kind,
+            StatementKind::Function { .. } | StatementKind::Test { .. }
+        ) {
+            changed.extend(walker.assigned.iter().cloned());
+            for (function, variables) in &assigning {
+                if walker.mentioned.contains(function) {
+                    changed.extend(variables.iter().cloned());
+                }
+            }
+        }
+        Effects {
+            bound,
+            changed,
+            mentioned: walker.mentioned,
+        }
+    })
+    .collect()
+}
+
+/// The functions of a file that assign its `var`s, directly or through others, and which.
+fn assigning_functions(statements: &[Statement], walked: &[Walker]) -> Vec<(Arc<str>, Names)> {
+    let mut functions: Vec<(Arc<str>, &Walker, Names)> = statements
+        .iter()
+        .zip(walked)
+        .filter_map(|(statement, walker)| match &statement.kind {
+            StatementKind::Function { name, .. } => {
+                Some((Arc::clone(&name.text), walker, walker.assigned.clone()))
+            }
+            _ => None,
+        })
+        .collect();
+    loop {
+        let known: Vec<(Arc<str>, Names)> = functions
+            .iter()
+            .filter(|(_, _, assigned)| !assigned.is_empty())
+            .map(|(name, _, assigned)| (Arc::clone(name), assigned.clone()))
+            .collect();
+        let mut grown = false;
+        for (_, walker, assigned) in &mut functions {
+            let before = assigned.len();
+            for (name, variables) in &known {
+                if walker.mentioned.contains(name) {
+                    assigned.extend(variables.iter().cloned());
+                }
+            }
+            grown |= assigned.len() > before;
+        }
+        if !grown {
+            return known;
+        }
+    }
+}
+
+fn names_of(statement: &Statement) -> Names {
+    let names = defined_names(statement);
+    names.iter().map(|name| Arc::clone(&name.text)).collect()
 }
 
 #[derive(Default)]

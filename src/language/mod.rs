@@ -12,6 +12,7 @@ pub mod evaluate;
 pub mod field;
 pub mod function;
 mod inspection;
+pub mod interactive;
 pub mod json;
 pub mod library;
 pub mod limits;
@@ -32,6 +33,7 @@ pub mod unit;
 pub mod value;
 
 pub use field::FieldValue;
+pub use interactive::{Entered, Input, Snapshot};
 pub use limits::Limits;
-pub use session::{Host, Mode, Session};
+pub use session::{Host, Mode, Session, Spent};
 pub use value::{Outcome, Value};

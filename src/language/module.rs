@@ -34,6 +34,13 @@ pub struct Module {
     pub documentation: Option<Arc<str>>,
 }
 
+impl Module {
+    /// The members that have values, in alphabetical order.
+    pub fn members(&self) -> Vec<(Arc<str>, Value)> {
+        self.scope.values_here()
+    }
+}
+
 /// The files that have been read, and what has been made of them.
 #[derive(Debug, Default)]
 pub(super) struct Modules {

@@ -45,6 +45,11 @@ impl Parameters {
         self.definitions.insert(Arc::clone(name), parameter);
     }
 
+    /// Forgets the parameter of that name, if there is one. Its places in q stay.
+    pub(super) fn forget(&mut self, name: &str) {
+        self.definitions.shift_remove(name);
+    }
+
     /// The parameter of that name.
     pub fn get(&self, name: &str) -> Outcome<&Parameter> {
         self.definitions.get(name).ok_or_else(|| {

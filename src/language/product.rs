@@ -379,6 +379,26 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
     }
 }
 
+/// The names of all properties that anything has, each with what has it.
+pub fn all_properties() -> Vec<(&'static str, &'static str)> {
+    fn named<T>(
+        kind: &'static str,
+        table: &'static [Property<T>],
+    ) -> impl Iterator<Item = (&'static str, &'static str)> {
+        table.iter().map(move |property| (kind, property.name))
+    }
+    let vector = ["x", "y", "z"].map(|name| ("a vector", name));
+    let interval = ["low", "high", "width", "middle"].map(|name| ("an interval", name));
+    vector
+        .into_iter()
+        .chain(interval)
+        .chain(named("a mesh", MESH))
+        .chain(named("samples", SAMPLES))
+        .chain(named("a curve set", CURVES))
+        .chain(named("an image", IMAGE))
+        .collect()
+}
+
 /// The error for a property that a value does not have.
 pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
     let names = property_names(value);

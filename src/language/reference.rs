@@ -53,9 +53,13 @@ fn of_builtin(function: &Builtin) -> String {
 }
 
 fn of_entry(entry: &Entry) -> String {
+    item(&signature(entry), entry.documentation())
+}
+
+/// How a definition of the library is called: `namespace.name(parameters)`.
+pub fn signature(entry: &Entry) -> String {
     let prefix = entry.namespace.map(|name| format!("{name}."));
-    let heading = format!("{}{}", prefix.unwrap_or_default(), head(entry));
-    item(&heading, entry.documentation())
+    format!("{}{}", prefix.unwrap_or_default(), head(entry))
 }
 
 /// A definition up to its body, without the word before its name.

@@ -40,8 +40,27 @@ pub fn resolve_with_warnings(
     (resolver.errors, resolver.warnings)
 }
 
+/// What is wrong with the names of what is entered into a session, and what is probably not meant:
+/// names at the top may be bound again, and bodies of functions may use names of `later`.
+pub(super) fn resolve_input(
+    tree: &Tree,
+    globals: &Rc<Scope>,
+    later: &[Arc<str>],
+) -> (Vec<Diagnostic>, Vec<Diagnostic>) {
+    let mut resolver = Resolver::new(globals);
+    resolver.rebinds = true;
+    resolver.later.extend(later.iter().cloned());
+    resolve_statements(tree, &mut resolver);
+    (resolver.errors, resolver.warnings)
+}
+
 fn resolve_file<'a>(tree: &Tree, globals: &'a Rc<Scope>) -> Resolver<'a> {
     let mut resolver = Resolver::new(globals);
+    resolve_statements(tree, &mut resolver);
+    resolver
+}
+
+fn resolve_statements(tree: &Tree, resolver: &mut Resolver<'_>) {
     for statement in &tree.statements {
         for name in defined_names(statement) {
             resolver.later.insert(Arc::clone(&name.text));
@@ -52,7 +71,6 @@ fn resolve_file<'a>(tree: &Tree, globals: &'a Rc<Scope>) -> Resolver<'a> {
             resolver.statement(statement);
         }
     });
-    resolver
 }
 
 /// What is wrong with the names of one expression.
@@ -91,6 +109,8 @@ struct Resolver<'a> {
     later: FxHashSet<Arc<str>>,
     /// How many function bodies are around.
     functions: usize,
+    /// Whether a name at the top may be bound again.
+    rebinds: bool,
     errors: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
     /// Every name that occurs anywhere but where it is bound.
@@ -110,6 +130,7 @@ impl<'a> Resolver<'a> {
             scopes: Vec::new(),
             later: FxHashSet::default(),
             functions: 0,
+            rebinds: false,
             errors: Vec::new(),
             warnings: Vec::new(),
             used: FxHashSet::default(),
@@ -127,10 +148,13 @@ impl<'a> Resolver<'a> {
             span: name.span,
             assignable,
         };
+        let may_rebind = self.rebinds && self.scopes.len() == 1;
         let Some(scope) = self.scopes.last_mut() else {
             return;
         };
-        if let Some(before) = scope.insert(Arc::clone(&name.text), bound) {
+        if let Some(before) = scope.insert(Arc::clone(&name.text), bound)
+            && !may_rebind
+        {
             self.errors.push(
                 Diagnostic::error(
                     Code::BoundTwice,

@@ -72,6 +72,21 @@ impl Scope {
         self.bindings.borrow_mut().insert(Arc::clone(name), binding);
     }
 
+    /// Forgets what the name was bound to here.
+    pub(super) fn unbind(&self, name: &str) {
+        self.bindings.borrow_mut().remove(name);
+    }
+
+    /// What is bound here, without what is around, to be put back by [`Scope::replace`].
+    pub(super) fn copied(&self) -> FxHashMap<Arc<str>, Binding> {
+        self.bindings.borrow().clone()
+    }
+
+    /// Binds these names here and no others.
+    pub(super) fn replace(&self, bindings: FxHashMap<Arc<str>, Binding>) {
+        drop(self.bindings.replace(bindings));
+    }
+
     /// What the name means here.
     pub fn find(&self, name: &str) -> Option<Binding> {
         let mut scope = self;
@@ -108,6 +123,22 @@ impl Scope {
         let mut names: Vec<Arc<str>> = self.bindings.borrow().keys().cloned().collect();
         names.sort();
         names
+    }
+
+    /// The names that have values here, without those around, sorted.
+    pub(super) fn values_here(&self) -> Vec<(Arc<str>, Value)> {
+        let bindings = self.bindings.borrow();
+        let mut values: Vec<(Arc<str>, Value)> = bindings
+            .iter()
+            .filter_map(|(name, binding)| match binding {
+                Binding::Constant(value) | Binding::Variable(value) => {
+                    Some((Arc::clone(name), value.clone()))
+                }
+                Binding::Lazy(..) | Binding::Library(..) => None,
+            })
+            .collect();
+        values.sort_by(|(left, _), (right, _)| left.cmp(right));
+        values
     }
 
     /// The scope around this one.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indexmap::IndexMap;
 use rustc_hash::FxHashMap;
@@ -128,6 +128,16 @@ pub struct Session {
     /// The main file's fields, in order.
     pub(super) fields: IndexMap<Arc<str>, FieldValue>,
     has_warned_of_refusal: bool,
+    spent: IndexMap<&'static str, Spent>,
+}
+
+/// What the calls of a function have taken.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spent {
+    /// How many there were.
+    pub calls: u64,
+    /// How long all of them took.
+    pub time: Duration,
 }
 
 /// What scopes and functions hold of each other is freed with the session: values that it gave are
@@ -196,6 +206,7 @@ impl Session {
             main,
             fields: IndexMap::new(),
             has_warned_of_refusal: false,
+            spent: IndexMap::new(),
         }
     }
 
@@ -341,9 +352,27 @@ impl Session {
         }
     }
 
+    /// Counts a call of a function that takes long.
+    pub(super) fn spend(&mut self, function: &'static str, time: Duration) {
+        let spent = self.spent.entry(function).or_default();
+        spent.calls += 1;
+        spent.time += time;
+    }
+
+    /// What the functions have taken that make or write something, in the order of their first
+    /// calls.
+    pub fn spent(&self) -> &IndexMap<&'static str, Spent> {
+        &self.spent
+    }
+
     /// The fields of the file, in order.
     pub fn fields(&self) -> &IndexMap<Arc<str>, FieldValue> {
         &self.fields
+    }
+
+    /// The names of the file that have values, in alphabetical order.
+    pub fn values(&self) -> Vec<(Arc<str>, Value)> {
+        self.main.scope.values_here()
     }
 
     /// The parameters of the file.
@@ -373,7 +402,7 @@ impl Session {
     }
 
     /// Fails where something is given from outside for a name that no file defines.
-    fn check_given(&self, imports: &FxHashMap<Arc<str>, PathBuf>) -> Outcome<()> {
+    pub(super) fn check_given(&self, imports: &FxHashMap<Arc<str>, PathBuf>) -> Outcome<()> {
         let mut names = self.names_in_modules(imports);
         let statements = self.main.statements.borrow();
         let own = statements

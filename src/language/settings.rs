@@ -62,6 +62,11 @@ impl Settings {
         self.definitions.insert(Arc::clone(name), setting);
     }
 
+    /// Forgets the setting of that name, if there is one.
+    pub(super) fn forget(&mut self, name: &str) {
+        self.definitions.shift_remove(name);
+    }
+
     /// The setting of that name.
     pub fn get(&self, name: &str) -> Option<&Setting> {
         self.definitions.get(name)

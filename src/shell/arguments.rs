@@ -28,6 +28,9 @@ pub(super) enum Command {
     /// Runs a file's script
     #[command(after_help = "Example:\n  imp run examples/blobs.imp --set b=0.4 --out build")]
     Run(Run),
+    /// Runs a file's script, and again whenever one of its files is saved
+    #[command(after_help = "Example:\n  imp watch examples/blobs.imp --out build")]
+    Watch(Run),
     /// Checks files without running their statements
     #[command(after_help = "Example:\n  imp check examples/blobs.imp examples/torus.imp")]
     Check(Check),
@@ -36,6 +39,11 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp test examples/*.imp\n  imp test parts.imp --filter thread --json\n\nOf the rest of a file only what its tests need is run; what it prints and writes is left out."
     )]
     Test(Test),
+    /// Formats files in place, all in one style
+    #[command(
+        after_help = "Examples:\n  imp fmt scene.imp\n  imp fmt examples --check\n  imp fmt - --diff < scene.imp\n\nThe meaning and the comments stay. `-` is standard input, formatted to standard output."
+    )]
+    Fmt(Fmt),
     /// Prints the values of expressions
     #[command(
         after_help = "Examples:\n  imp eval \"2^10\"\n  imp eval examples/torus.imp \"grad(torus)(1.3, 0, 0.1)\" --json\n\nAn expression that begins with a dash goes behind `--`:\n  imp eval -- \"-pi/2\""
@@ -64,9 +72,27 @@ pub(super) enum Command {
     /// Lists a file's fields, parameters and settings
     #[command(after_help = "Example:\n  imp info examples/blobs.imp --json")]
     Info(Info),
+    /// Begins a session: what is typed is run at once
+    #[command(
+        after_help = "Examples:\n  imp repl\n  imp repl examples/torus.imp --set r=0.3\n  echo \"2^10\" | imp\n\n`imp` alone does the same at a terminal; there `:help` lists the commands.\nWhat comes through a pipe is run without a greeting, and its first error ends it with exit code 1.\nIMP_HISTORY names the file for what was typed; IMP_GRAPHICS (kitty, sixel, blocks, none) says how pictures are shown."
+    )]
+    Repl(Repl),
     /// Says what the code of a message means, with an example and its repair
     #[command(after_help = "Examples:\n  imp explain E0105\n  imp explain")]
     Explain(Explain),
+    /// Serves an editor: speaks the language server protocol over standard input and output
+    #[command(
+        after_help = "An editor starts it. In Helix's languages.toml, for example:\n  [language-server.imp]\n  command = \"imp\"\n  args = [\"lsp\"]\n\nIt ends with 0 after `shutdown` and `exit`, else with 1."
+    )]
+    Lsp(Lsp),
+    /// Prints the script that completes words of the command line in a shell
+    #[command(
+        after_help = "Examples:\n  imp completions bash > ~/.local/share/bash-completion/completions/imp\n  imp completions zsh > ~/.zfunc/_imp\n  imp completions fish > ~/.config/fish/completions/imp.fish"
+    )]
+    Completions(Completions),
+    /// Prints the manual page of the program or of a command
+    #[command(after_help = "Examples:\n  imp man | man -l -\n  imp man mesh > imp-mesh.1")]
+    Man(Manual),
     /// Prints the intermediate forms of a field
     #[command(after_help = "Example:\n  imp dump examples/torus.imp torus --graph")]
     Dump(Dump),
@@ -146,6 +172,12 @@ pub(super) enum MessageFormat {
 pub(super) struct Run {
     /// The file; `-` is standard input
     pub(super) file: PathBuf,
+    /// Runs again whenever the file, or one that it imports, is saved
+    #[arg(long, conflicts_with = "json")]
+    pub(super) watch: bool,
+    /// Tells, at the end, what parsing, evaluation, samplers, polygonizers and files took
+    #[arg(long)]
+    pub(super) timings: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -167,6 +199,21 @@ pub(super) struct Test {
     /// Runs only tests whose names contain this
     #[arg(long, value_name = "TEXT")]
     pub(super) filter: Option<String>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Fmt {
+    /// The files, and folders whose `.imp` files are meant; `-` is standard input
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+    /// Changes nothing: names the files that are not formatted, and fails if there is one
+    #[arg(long)]
+    pub(super) check: bool,
+    /// Changes nothing: shows what would change
+    #[arg(long)]
+    pub(super) diff: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -325,12 +372,40 @@ pub(super) struct Info {
 }
 
 #[derive(Args, Debug)]
+pub(super) struct Repl {
+    /// A file whose definitions the session begins with
+    pub(super) file: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
 pub(super) struct Explain {
     /// The code, such as E0105; without one, all codes are listed
     pub(super) code: Option<String>,
     /// Prints exactly one JSON object on standard output
     #[arg(long)]
     pub(super) json: bool,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Lsp {
+    /// Changes nothing: there is no other way to speak, but some editors ask for this one
+    #[arg(long)]
+    pub(super) stdio: bool,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Completions {
+    /// The shell
+    #[arg(value_enum)]
+    pub(super) shell: clap_complete::Shell,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Manual {
+    /// The command; without one, the page is about the program
+    pub(super) command: Option<String>,
 }
 
 #[derive(Args, Debug)]
@@ -361,9 +436,10 @@ impl Command {
     /// What every command understands that reads a file.
     pub(super) fn common(&self) -> Option<&Common> {
         Some(match self {
-            Command::Run(command) => &command.common,
+            Command::Run(command) | Command::Watch(command) => &command.common,
             Command::Check(command) => &command.common,
             Command::Test(command) => &command.common,
+            Command::Fmt(command) => &command.common,
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
             Command::Sample(command) => &command.common,
@@ -371,7 +447,10 @@ impl Command {
             Command::Doc(command) => &command.common,
             Command::Info(command) => &command.common,
             Command::Dump(command) => &command.common,
-            Command::Explain(_) => return None,
+            Command::Repl(command) => &command.common,
+            Command::Explain(_) | Command::Lsp(_) | Command::Completions(_) | Command::Man(_) => {
+                return None;
+            }
         })
     }
 }
@@ -441,5 +520,48 @@ fn limit(text: &str) -> Result<Limit, String> {
     match value.trim().parse() {
         Ok(value) => Ok(Limit { name, value }),
         Err(_) => Err("N must be a whole number, 0 or greater".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    /// The words of a command line up to what a shell does with its output or input.
+    fn words(line: &str) -> Vec<String> {
+        let quoted = line.split('"').enumerate();
+        let mut words = Vec::new();
+        for (index, part) in quoted {
+            match index % 2 {
+                0 => words.extend(part.split_whitespace().map(str::to_owned)),
+                _ => words.push(part.to_owned()),
+            }
+        }
+        let end = words
+            .iter()
+            .position(|word| matches!(&word[..], "|" | ">" | "<"));
+        words.truncate(end.unwrap_or(words.len()));
+        words
+    }
+
+    #[test]
+    fn the_help_of_every_command_shows_examples_that_are_understood() {
+        let program = Arguments::command();
+        for command in program.get_subcommands() {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let help = help.unwrap_or_else(|| panic!("`imp {name}` has no example"));
+            let examples = help.lines().filter(|line| line.starts_with("  imp "));
+            let mut own = 0;
+            for line in examples {
+                let words = words(line);
+                let parsed = Arguments::try_parse_from(&words);
+                assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+                own += usize::from(words[1] == name);
+            }
+            assert!(own > 0, "`imp {name}` has no example");
+        }
     }
 }

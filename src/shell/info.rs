@@ -29,7 +29,10 @@ pub(super) fn info(command: &Info) -> Result<(), u8> {
 }
 
 /// The names of the components of q that a field depends on.
-fn parameter_names(workspace: &mut Workspace, field: &FieldValue) -> Result<Vec<String>, u8> {
+pub(super) fn parameter_names(
+    workspace: &mut Workspace,
+    field: &FieldValue,
+) -> Result<Vec<String>, u8> {
     let program = field.program(workspace.session.graph());
     let program = program.map_err(|error| workspace.fail(&[*error]))?;
     let parameters = workspace.session.parameters();
@@ -112,6 +115,16 @@ fn settings_json(workspace: &Workspace) -> Json {
 }
 
 fn text(workspace: &mut Workspace) -> Result<String, u8> {
+    let mut lines = field_lines(workspace)?;
+    lines.extend(parameter_lines(workspace));
+    lines.extend(setting_lines(workspace));
+    if lines.is_empty() {
+        lines.push("no fields, no parameters and no settings".into());
+    }
+    Ok(lines.join("\n"))
+}
+
+fn field_lines(workspace: &mut Workspace) -> Result<Vec<String>, u8> {
     let mut lines = Vec::new();
     for (name, field) in workspace.session.fields().clone() {
         let domain = match field.domain() {
@@ -119,42 +132,46 @@ fn text(workspace: &mut Workspace) -> Result<String, u8> {
             None => String::new(),
         };
         lines.push(format!("field {name} in R{}{domain}", field.dimension()));
-        if let Some(text) = field.documentation() {
-            lines.extend(text.lines().map(|line| format!("    {line}")));
-        }
+        lines.extend(documentation_lines(field.documentation()));
         let names = parameter_names(workspace, &field)?;
         if !names.is_empty() {
             lines.push(format!("    depends on {}", names.join(", ")));
         }
     }
+    Ok(lines)
+}
+
+/// The parameters, a line for each and its documentation below.
+pub(super) fn parameter_lines(workspace: &Workspace) -> Vec<String> {
+    let mut lines = Vec::new();
     for (name, parameter) in workspace.session.parameters().iter() {
         let range = match parameter.range {
             Some((low, high)) => format!(" in {low}..{high}"),
             None => String::new(),
         };
-        lines.push(format!(
-            "param {name} = {}{range}",
-            show(&parameter.value, None)
-        ));
-        if let Some(text) = &parameter.documentation {
-            lines.extend(text.lines().map(|line| format!("    {line}")));
-        }
+        let value = show(&parameter.value, None);
+        lines.push(format!("param {name} = {value}{range}"));
+        lines.extend(documentation_lines(parameter.documentation.as_deref()));
     }
+    lines
+}
+
+/// The settings, a line for each and its documentation below.
+pub(super) fn setting_lines(workspace: &Workspace) -> Vec<String> {
+    let mut lines = Vec::new();
     for (name, setting) in workspace.session.settings().iter() {
         let range = match &setting.range {
             Some(range) => format!(" in {}", range.shown()),
             None => String::new(),
         };
-        lines.push(format!(
-            "setting {name} = {}{range}",
-            quoted(&setting.value)
-        ));
-        if let Some(text) = &setting.documentation {
-            lines.extend(text.lines().map(|line| format!("    {line}")));
-        }
+        let value = quoted(&setting.value);
+        lines.push(format!("setting {name} = {value}{range}"));
+        lines.extend(documentation_lines(setting.documentation.as_deref()));
     }
-    if lines.is_empty() {
-        lines.push("no fields, no parameters and no settings".into());
-    }
-    Ok(lines.join("\n"))
+    lines
+}
+
+fn documentation_lines(text: Option<&str>) -> impl Iterator<Item = String> {
+    let lines = text.unwrap_or_default().lines();
+    lines.map(|line| format!("    {line}"))
 }

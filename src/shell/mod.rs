@@ -7,17 +7,25 @@
 
 mod arguments;
 mod check;
+mod completions;
 mod doc;
 mod dump;
 mod eval;
 mod explain;
+mod fmt;
 mod info;
+mod interrupt;
+mod lsp;
 mod make;
+mod man;
 mod output;
 mod progress;
 mod render;
+mod repl;
 mod run;
 mod test;
+mod timings;
+mod watch;
 mod workspace;
 
 use std::ffi::{OsStr, OsString};
@@ -40,9 +48,7 @@ pub fn main() -> ExitCode {
     handle_interrupts();
     let words = with_default_command(std::env::args_os().collect());
     let ended = if words.len() < 2 {
-        // Showing the help is the answer to a missing command, but not a success.
-        output::error_text(&Arguments::command().render_help().to_string());
-        Err(Code::Usage.exit_code())
+        without_words()
     } else {
         match Arguments::try_parse_from(&words) {
             Ok(arguments) => perform(&arguments.command),
@@ -55,10 +61,31 @@ pub fn main() -> ExitCode {
     ))
 }
 
-/// Lets an interrupt remove files that are written in part before it ends the program. Where the
+/// What the program does when it is told nothing: at a terminal a session begins, and what comes
+/// through a pipe is run.
+fn without_words() -> Result<(), u8> {
+    let Ok(words) = Arguments::try_parse_from(["imp", "repl"]) else {
+        return Err(Code::Usage.exit_code());
+    };
+    if let Command::Repl(command) = &words.command
+        && repl::has_input()
+    {
+        start_threads(&command.common)?;
+        return repl::repl(command);
+    }
+    // Showing the help is the answer to a missing command, but not a success.
+    output::error_text(&Arguments::command().render_help().to_string());
+    Err(Code::Usage.exit_code())
+}
+
+/// Lets an interrupt remove files that are written in part before it ends the program, unless it
+/// only ends what a session computes. Where the
 /// system has no interrupts there is nothing to do.
 fn handle_interrupts() {
     let _ = ctrlc::set_handler(|| {
+        if interrupt::note() {
+            return;
+        }
         let _nothing_is_written = file::abandon();
         std::process::exit(INTERRUPTED);
     });
@@ -101,7 +128,16 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Doc(command) => doc::doc(command),
         Command::Info(command) => info::info(command),
         Command::Dump(command) => dump::dump(command),
+        Command::Repl(command) => repl::repl(command),
         Command::Explain(command) => explain::explain(command),
+        Command::Lsp(command) => lsp::lsp(command),
+        Command::Fmt(command) => fmt::fmt(command),
+        Command::Watch(command) => watch::watch(command),
+        Command::Completions(command) => {
+            completions::completions(command);
+            Ok(())
+        }
+        Command::Man(command) => man::man(command),
     }
 }
 

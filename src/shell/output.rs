@@ -33,10 +33,14 @@ fn standard_output() -> MutexGuard<'static, StandardOutput> {
 /// the work goes on: files are still to be written and assertions to be checked. The failure is
 /// told by [`finish`].
 pub(super) fn data(text: &str) {
+    data_as_it_is(&format!("{text}\n"));
+}
+
+/// Writes data that has its own line ends to standard output, as [`data`] does.
+pub(super) fn data_as_it_is(text: &str) {
     print(|| {
         let mut stdout = io::stdout().lock();
         stdout.write_all(text.as_bytes())?;
-        stdout.write_all(b"\n")?;
         stdout.flush()
     });
 }
@@ -139,14 +143,17 @@ pub(super) fn messages_as(
     }
 }
 
-/// Whether messages are coloured: as asked, else if a person reads them and `NO_COLOR` is unset.
+/// Whether messages are coloured: as asked, else never with `NO_COLOR`, always with
+/// `CLICOLOR_FORCE`, else if a person reads them.
 pub(super) fn colored(common: &Common) -> bool {
     match common.color {
         Color::Always => true,
         Color::Never => false,
         Color::Auto => {
-            let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-            io::stderr().is_terminal() && !refused
+            let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+            let forced = is_set("CLICOLOR_FORCE")
+                && std::env::var_os("CLICOLOR_FORCE").is_some_and(|value| value != "0");
+            !is_set("NO_COLOR") && (forced || io::stderr().is_terminal())
         }
     }
 }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::interrupt;
 use crate::engine::Monitor;
 
 /// Work shorter than this shows no bar.
@@ -44,6 +45,10 @@ impl TerminalProgress {
 }
 
 impl Monitor for TerminalProgress {
+    fn cancelled(&self) -> bool {
+        interrupt::is_pending()
+    }
+
     fn progress(&self, phase: &str, fraction: f64) {
         if !self.enabled {
             return;

@@ -7,7 +7,7 @@ use std::mem::ManuallyDrop;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use serde_json::{Map, Value as Json};
 
@@ -23,6 +23,9 @@ use crate::syntax::{parse, parse_expression};
 /// The file name that stands for standard input.
 pub(super) const STANDARD_INPUT: &str = "-";
 
+/// How some editors begin a text file.
+pub(super) const BYTE_ORDER_MARK: char = '\u{feff}';
+
 /// Bytes of the largest source file that is read. Spans count bytes in 32 bits.
 const LARGEST_SOURCE: u64 = 256_000_000;
 
@@ -34,7 +37,9 @@ pub(super) struct Workspace {
     pub(super) tree: Tree,
     pub(super) heard: Rc<Heard>,
     common: Common,
-    begun: Instant,
+    pub(super) begun: Instant,
+    /// What reading and parsing took.
+    pub(super) parsing: Duration,
 }
 
 /// What a session says, shared between the session's host and the command.
@@ -44,6 +49,8 @@ pub(super) struct Heard {
     /// Whether what the script prints is kept in `printed` instead of being shown.
     pub(super) gathers: Cell<bool>,
     pub(super) written: RefCell<Vec<PathBuf>>,
+    /// The files that were imported.
+    pub(super) read: RefCell<Vec<PathBuf>>,
     pub(super) warnings: RefCell<Vec<Diagnostic>>,
 }
 
@@ -89,6 +96,7 @@ impl Host for Terminal {
     }
 
     fn read_source(&mut self, path: &Path) -> Result<(SourceId, Arc<str>), Diagnostic> {
+        self.heard.read.borrow_mut().push(path.to_path_buf());
         let (name, text) = read(path)?;
         let text: Arc<str> = text.into();
         let id = self.heard.sources.borrow_mut().add(name, Arc::clone(&text));
@@ -120,11 +128,13 @@ impl Workspace {
                 parsed.tree
             }
         };
+        let parsing = begun.elapsed();
         let heard = Rc::new(Heard {
             sources: RefCell::new(sources),
             printed: RefCell::default(),
             gathers: Cell::new(common.json),
             written: RefCell::default(),
+            read: RefCell::default(),
             warnings: RefCell::default(),
         });
         let host = Terminal {
@@ -150,6 +160,7 @@ impl Workspace {
             heard,
             common: common.clone(),
             begun,
+            parsing,
         };
         workspace.apply_settings()?;
         Ok(workspace)
@@ -243,8 +254,18 @@ pub(super) fn source_name(file: &Path) -> String {
     }
 }
 
-/// The name and text of a file; `-` is standard input.
-fn read(file: &Path) -> Result<(String, String), Diagnostic> {
+/// The name and text of a file, without the byte order mark with which some editors begin it: it
+/// says nothing here. `-` is standard input.
+pub(super) fn read(file: &Path) -> Result<(String, String), Diagnostic> {
+    let (name, mut text) = read_whole(file)?;
+    if text.starts_with(BYTE_ORDER_MARK) {
+        text.drain(..BYTE_ORDER_MARK.len_utf8());
+    }
+    Ok((name, text))
+}
+
+/// The name and the whole text of a file; `-` is standard input.
+pub(super) fn read_whole(file: &Path) -> Result<(String, String), Diagnostic> {
     let name = source_name(file);
     let refused = |reason: String| Diagnostic::error(Code::CannotRead, reason);
     if file.is_dir() {
@@ -266,14 +287,7 @@ fn read(file: &Path) -> Result<(String, String), Diagnostic> {
             let message = format!("`{name}` is not UTF-8 text: byte {at} cannot be read");
             Diagnostic::error(Code::NotText, message).help("save it as UTF-8")
         })
-        .map(|text| {
-            // Some editors begin a file with a byte-order mark, which says nothing here.
-            let text = text
-                .strip_prefix('\u{feff}')
-                .map(str::to_owned)
-                .unwrap_or(text);
-            (name, text)
-        })
+        .map(|text| (name, text))
 }
 
 /// At most one byte more than a source file may have: some files never end.

@@ -483,7 +483,7 @@ fn format_end(text: &str, from: usize) -> usize {
         .map_or(text.len(), |length| from + length)
 }
 
-fn is_name_character(character: char) -> bool {
+pub(super) fn is_name_character(character: char) -> bool {
     character.is_ascii_alphanumeric()
         || character == '_'
         || (matches!(character, '\u{370}'..='\u{3FF}' | '\u{1F00}'..='\u{1FFF}')

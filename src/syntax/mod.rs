@@ -15,10 +15,14 @@ mod number;
 mod parser;
 mod token;
 pub mod tree;
+mod typing;
+pub mod walk;
+pub mod words;
 
 use crate::diagnostic::{Code, Diagnostic, SourceId, Span};
 use token::{Spanned, Token};
 use tree::{Expression, StatementKind, Tree};
+pub use typing::{is_complete, mentions, renamed};
 
 /// The most diagnostics that [`parse`] gives; the last one then says that there were more.
 const MAXIMUM_DIAGNOSTICS: usize = 50;

@@ -22,7 +22,6 @@ macro_rules! tokens {
 
         impl Token {
             /// All kinds.
-            #[cfg(test)]
             pub(super) const ALL: &[Token] = &[$(Token::$name,)*];
 
             /// What one writes for it, or a description where that varies.
@@ -116,6 +115,14 @@ impl Token {
     /// Whether it is always written in the same way.
     pub(super) fn is_fixed(self) -> bool {
         (self as u8) < (Token::Name as u8)
+    }
+
+    /// All reserved words.
+    pub(super) fn keywords() -> impl Iterator<Item = Token> {
+        Token::ALL
+            .iter()
+            .copied()
+            .filter(|token| token.is_keyword())
     }
 
     /// Whether it is a reserved word.

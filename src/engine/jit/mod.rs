@@ -40,6 +40,7 @@ use memory::FreeingModule;
 use std::convert::Infallible;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
 use thiserror::Error;
 use translate::Source;
 
@@ -84,6 +85,14 @@ static COMPILATIONS: AtomicU64 = AtomicU64::new(0);
 /// several functions.
 pub fn compilations() -> u64 {
     COMPILATIONS.load(Ordering::Relaxed)
+}
+
+/// Nanoseconds that this process has spent on compiling.
+static COMPILING: AtomicU64 = AtomicU64::new(0);
+
+/// How long this process has compiled so far, all threads together.
+pub fn compiling() -> Duration {
+    Duration::from_nanos(COMPILING.load(Ordering::Relaxed))
 }
 
 /// See [`translate`].
@@ -377,7 +386,10 @@ fn define(
 /// Compiles one function into the module.
 fn finish(module: &mut impl Module, context: &mut Context) -> Result<FuncId, Refusal> {
     let id = module.declare_anonymous_function(&context.func.signature)?;
+    let begun = Instant::now();
     module.define_function(id, context)?;
+    let spent = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
+    COMPILING.fetch_add(spent, Ordering::Relaxed);
     COMPILATIONS.fetch_add(1, Ordering::Relaxed);
     Ok(id)
 }

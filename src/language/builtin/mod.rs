@@ -6,6 +6,7 @@
 
 mod arguments;
 mod calculus;
+mod choices;
 mod extent;
 mod geometry;
 mod inspection;
@@ -16,8 +17,10 @@ mod script;
 mod surfaces;
 
 use std::sync::LazyLock;
+use std::time::Instant;
 
 pub use arguments::Arguments;
+pub use choices::choices;
 pub(crate) use script::file_failure;
 
 use super::session::Session;
@@ -103,6 +106,12 @@ impl Builtin {
     /// Calls it.
     pub(super) fn apply(&self, session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         match self.call {
+            Call::Function(function) if self.acts => {
+                let begun = Instant::now();
+                let result = function(session, arguments);
+                session.spend(self.name, begun.elapsed());
+                result
+            }
             Call::Function(function) => function(session, arguments),
             Call::Operation(op) => mathematics::apply_operation(session, op, arguments),
         }

@@ -68,11 +68,15 @@ impl Session {
         Ok(())
     }
 
-    /// The place in q of a new parameter. Where definitions are run again, parameters keep their
-    /// places, so they must keep their shapes.
+    /// The place in q of a new parameter. One that is given again keeps its place if it keeps its
+    /// shape. Where definitions are run again for a setting, parameters keep their places, so they
+    /// must keep their shapes.
     fn first_component(&self, name: &str, shape: &Value, span: Span) -> Outcome<usize> {
         if self.runs_again == 0 {
-            return Ok(self.parameters.values().len());
+            return Ok(match self.parameters.get(name) {
+                Ok(before) if parameters::same_shape(&before.value, shape) => before.first,
+                _ => self.parameters.values().len(),
+            });
         }
         let before = self.parameters.get(name).at(span, "not defined before")?;
         if parameters::same_shape(&before.value, shape) {

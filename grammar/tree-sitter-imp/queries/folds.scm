@@ -1,0 +1,9 @@
+[
+  (block)
+  (with_expression)
+  (arguments)
+  (parameters)
+  (group)
+  (list)
+  (comprehension)
+] @fold

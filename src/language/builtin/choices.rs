@@ -1,0 +1,16 @@
+//! The strings that functions understand, for those who complete them.
+
+use super::Builtin;
+use crate::picture::View;
+
+/// The strings that a function takes for a parameter, if there are only some.
+pub fn choices(function: &Builtin, parameter: &str) -> Vec<&'static str> {
+    match (function.name, parameter) {
+        ("polygonize", "method") => vec!["cubes"],
+        ("sample", "method") => vec!["floaters", "kinematic", "dynamic"],
+        ("thin", "keep") => vec!["representative", "barycenter"],
+        ("plot", "style") => vec!["shaded", "fill"],
+        ("plot", "view") => View::names().collect(),
+        _ => Vec::new(),
+    }
+}

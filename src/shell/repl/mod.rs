@@ -1,0 +1,158 @@
+//! `imp repl`: a session in which what is typed is run at once.
+//!
+//! `session` holds what has been entered and takes in more; `echo` says what came of it; `commands`
+//! is the table of what begins with `:`; `editor` and `helper` read lines at a terminal (rustyline is
+//! known to this folder only); `screen`, `cells` and `graphics` show pictures there. What comes
+//! through a pipe is run as if it were typed, without a greeting, up to the first error.
+
+mod answer;
+mod cells;
+mod commands;
+mod echo;
+mod editor;
+mod fields;
+mod files;
+mod graphics;
+mod helper;
+mod history;
+mod keyboard;
+mod pictures;
+mod screen;
+mod session;
+
+use std::io::{self, BufRead, IsTerminal};
+use std::path::Path;
+
+use super::arguments;
+use super::output::{self, report};
+use super::workspace::{STANDARD_INPUT, read};
+use crate::diagnostic::{Diagnostic, Sources};
+use editor::Editor;
+use keyboard::Keyboard;
+use screen::Screen;
+use session::{After, Repl};
+
+/// Whether there is anything to read: a person at a terminal, or something in a pipe or file.
+pub(super) fn has_input() -> bool {
+    if io::stdin().is_terminal() {
+        return true;
+    }
+    // What cannot be read is reported by whoever reads all of it.
+    let mut stdin = io::stdin().lock();
+    stdin.fill_buf().map_or(true, |bytes| !bytes.is_empty())
+}
+
+/// Holds a session; fails with an exit code.
+pub(super) fn repl(command: &arguments::Repl) -> Result<(), u8> {
+    let common = &command.common;
+    let is_typed = io::stdin().is_terminal() && io::stdout().is_terminal();
+    let screen = match is_typed {
+        true => Screen::of_terminal(common),
+        false => Screen::without_terminal(),
+    };
+    let mut repl = Repl::new(common, screen, is_typed)?;
+    if is_typed && repl.screen.has_editor {
+        let _keyboard = Keyboard::waiting();
+        super::interrupt::caught(|| converse(&mut repl, command))
+    } else if is_typed {
+        converse(&mut repl, command)
+    } else {
+        begin(&mut repl, command)?;
+        run_piped(&mut repl)
+    }
+}
+
+/// Loads the file, if one is named, and sets what is to be set.
+fn begin(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
+    match &command.file {
+        Some(file) => repl.load(file),
+        None => {
+            let settings = repl.common.set.clone();
+            let mut settings = settings.iter();
+            settings.try_for_each(|set| commands::set_value(repl, &set.name, &set.text))
+        }
+    }
+}
+
+/// Reads what a person types, until they have enough.
+fn converse(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
+    let common = &command.common;
+    let mut editor = Editor::new(repl, common)
+        .map_err(|error| report(&[*error], &Sources::default(), common))?;
+    output::note(
+        &format!(
+            "Imp {} · :help lists the commands, :quit ends",
+            env!("CARGO_PKG_VERSION")
+        ),
+        common,
+    );
+    editor.open_history();
+    repl.find_graphics(&mut editor);
+    // What is wrong with it has been said; the session begins without it.
+    let _ = super::interrupt::caught(|| begin(repl, command));
+    loop {
+        editor.learn(repl);
+        match editor.read() {
+            Ok(Some(text)) => {
+                editor.remember(&text);
+                // What is wrong has been said, and the session is as it was.
+                let result = super::interrupt::caught(|| repl.take(&text));
+                if matches!(result, Ok(After::End)) {
+                    return Ok(());
+                }
+            }
+            Ok(None) => return Ok(()),
+            Err(error) => {
+                return Err(report(&[*error], &Sources::default(), common));
+            }
+        }
+    }
+}
+
+/// Runs what comes through standard input: statements, with commands on lines of their own.
+fn run_piped(repl: &mut Repl) -> Result<(), u8> {
+    let (_, text) = read(Path::new(STANDARD_INPUT))
+        .map_err(|error: Diagnostic| report(&[error], &Sources::default(), &repl.common))?;
+    for part in parts(&text) {
+        if let After::End = repl.take(&part)? {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// The parts of a text that are run one after the other: each command, and what stands between
+/// commands. Empty lines in front keep the numbers of lines in messages those of the text.
+fn parts(text: &str) -> Vec<String> {
+    let mut parts = Vec::new();
+    let mut code = String::new();
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        if !commands::is_command(line) {
+            code += line;
+            continue;
+        }
+        if !code.trim().is_empty() {
+            parts.push(code);
+        }
+        parts.push(line.trim().to_string());
+        code = "\n".repeat(number + 1);
+    }
+    if !code.trim().is_empty() {
+        parts.push(code);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_stand_alone_and_lines_keep_their_numbers() {
+        let text = "let a = [\n1]\n:list\nquit\n\na\n";
+        assert_eq!(
+            parts(text),
+            ["let a = [\n1]\n", ":list", "quit", "\n\n\n\n\na\n"]
+        );
+    }
+}

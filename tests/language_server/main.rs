@@ -1,0 +1,6 @@
+//! The language server, asked by a client that speaks the protocol over pipes.
+
+mod answers;
+mod bad_input;
+mod client;
+mod edits;
