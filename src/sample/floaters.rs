@@ -32,7 +32,7 @@ use glam::DVec3;
 use super::newton::{Point, Polish, polish};
 use super::random::Stream;
 use super::statistics::{Dropped, Statistics, Tally};
-use super::{Options, Outcome, SampleError, Varying, out_of_range};
+use super::{Method, Options, Outcome, SampleError, Varying, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use balance::{number_for, spacing_for};
@@ -58,6 +58,9 @@ const SPARE_CAPACITY: f64 = 2.0;
 
 /// Steps of adaptive repulsion for one desired radius, at most.
 const POPULATE_LIMIT: u32 = 80;
+/// Floaters that relaxation begins with, more or less.
+const FIRST_GENERATION: f64 = 100.0;
+
 /// It has come to rest when so many steps
 const QUIET_STEPS: usize = 5;
 /// changed the population by no more than this part.
@@ -211,6 +214,10 @@ impl Run<'_> {
             ));
         }
         self.population.capacity = (SPARE_CAPACITY * expected) as usize + seeds.len();
+        if self.options.method == Method::Relax {
+            self.relax(expected)?;
+            return self.come_to_rest(goal);
+        }
         let finest = PAPER_RADIUS * spacing;
         if radius < finest {
             self.populate(finest)?;
@@ -219,6 +226,36 @@ impl Run<'_> {
             radius = (radius * std::f64::consts::FRAC_1_SQRT_2).max(finest);
             self.populate(radius)?;
         }
+        self.come_to_rest(goal)
+    }
+
+    /// Relaxation and global fissioning (Turk, "Generating textures on arbitrary surfaces using
+    /// reaction-diffusion", SIGGRAPH 1991, as Witkin and Heckbert tell it in section 4.2): all
+    /// floaters have one radius, come to rest, and split all at once, with the radius over √2.
+    fn relax(&mut self, expected: f64) -> Result<(), SampleError> {
+        let dimension = self.population.bounds.dimension;
+        let generations = (expected / FIRST_GENERATION).log2().round().max(0.0) as i32;
+        let first = (expected / 2.0_f64.powi(generations)).round().max(1.0);
+        self.balance(Goal::Count(first as u64))?;
+        // Neighbours come nearer by √2 on a surface, by 2 on a curve.
+        let shrink = if dimension == 2 {
+            0.5
+        } else {
+            std::f64::consts::FRAC_1_SQRT_2
+        };
+        let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
+        self.settle()?;
+        for _ in 0..generations {
+            self.births += self.population.split_all(&mut self.dice) as u64;
+            radius *= shrink;
+            self.population.level(radius);
+            self.settle()?;
+        }
+        Ok(())
+    }
+
+    /// The right number, at rest; returns whether that was reached.
+    fn come_to_rest(&mut self, goal: Goal) -> Result<bool, SampleError> {
         for _ in 0..ATTEMPTS {
             let balanced = self.balance(goal)?;
             let rests = self.settle()?;

@@ -62,6 +62,9 @@ pub enum Method {
     /// Heckbert): evenly spread. For fields in R2 and R3.
     #[default]
     Floaters,
+    /// Floaters of one radius that come to rest and then split all at once, generation by
+    /// generation (Turk).
+    Relax,
     /// Particles whose velocity is -sign(F) F_x (Figueiredo and Gomes): converges fastest.
     Kinematic,
     /// Particles on which -sign(F) F_x acts as a force, with friction (Figueiredo and Gomes):
@@ -84,6 +87,7 @@ impl Method {
     /// All methods with the names under which they are asked for, in the order of messages.
     pub const NAMES: &[(Method, &str)] = &[
         (Method::Floaters, "floaters"),
+        (Method::Relax, "relax"),
         (Method::Kinematic, "kinematic"),
         (Method::Dynamic, "dynamic"),
         (Method::Trace, "trace"),
@@ -322,7 +326,7 @@ pub fn sample(
     let start_box = start_box(dimension, options)?;
     check(options)?;
     match options.method {
-        Method::Floaters => floaters::floaters(field, start_box, options, monitor),
+        Method::Floaters | Method::Relax => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
         Method::Trace if dimension == 2 => trace::curve(&[field], options, monitor),
         Method::Trace if dimension == 3 => trace::surface(field, options, monitor),
@@ -489,7 +493,7 @@ fn check(options: &Options) -> Result<(), SampleError> {
     if !options.seeds.is_empty() && options.method == Method::Trace {
         return range("seeds", "left out with this method", &"given");
     }
-    if options.varying.is_some() && options.method != Method::Floaters {
+    if options.varying.is_some() && !matches!(options.method, Method::Floaters | Method::Relax) {
         return range("spacing", "a number with this method", &"a function");
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {

@@ -30,7 +30,7 @@ use super::floaters::balance::number_for;
 use super::lines::{CHUNK, Cost, Crossing, Segment, Wanted, intersect};
 use super::newton::Point;
 use super::random::Stream;
-use super::statistics::{Dropped, Estimate, Lines, Statistics};
+use super::statistics::{Estimate, Lines, Statistics};
 use super::{Options, Outcome, SampleError, out_of_range, samples};
 use crate::engine::{Field, Monitor};
 use crate::geometry::Bounds;
@@ -406,23 +406,15 @@ pub(super) fn line_statistics(
     Statistics {
         started: lines.drawn,
         points: points.len() as u64,
-        iterations: 0,
-        steps: 0,
         evaluations: cost.evaluations,
-        dropped: Dropped::default(),
         converged: complete,
-        births: None,
-        deaths: None,
-        searches: 0,
-        settled: true,
-        bounds: *bounds,
         max_residual: points
             .iter()
             .map(|point| point.here.distance())
             .fold(0.0, f64::max),
-        proof: None,
         nan_points: cost.undefined,
         singular: vanishing.count() as u64,
         lines: Some(lines),
+        ..Statistics::new(*bounds)
     }
 }

@@ -49,6 +49,32 @@ pub struct Statistics {
     pub lines: Option<Lines>,
 }
 
+impl Statistics {
+    /// Of a sampler that has done nothing yet, in this box.
+    pub(super) fn new(bounds: Bounds) -> Self {
+        Statistics {
+            started: 0,
+            points: 0,
+            iterations: 0,
+            steps: 0,
+            evaluations: 0,
+            dropped: Dropped::default(),
+            converged: true,
+            births: None,
+            deaths: None,
+            searches: 0,
+            settled: true,
+            bounds,
+            max_residual: 0.0,
+            nan_points: 0,
+            proof: None,
+            singular: 0,
+            curves: None,
+            lines: None,
+        }
+    }
+}
+
 /// What is known of curves that were walked along.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurveStatistics {

@@ -262,7 +262,7 @@ pub(super) struct Sample {
     #[command(flatten)]
     pub(super) subject: Subject,
     /// The method: floaters (evenly spread), kinematic or dynamic (random), trace (from point to
-    /// point), rays (random lines), poisson (random, at a distance) or grid
+    /// point), relax (Turk's), rays (random lines), poisson (random, at a distance) or grid
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The distance between neighbouring points, or the side of the grid's cells

@@ -2,12 +2,13 @@
 
 use super::Builtin;
 use crate::picture::View;
+use crate::sample::Method;
 
 /// The strings that a function takes for a parameter, if there are only some.
 pub fn choices(function: &Builtin, parameter: &str) -> Vec<&'static str> {
     match (function.name, parameter) {
         ("polygonize", "method") => vec!["cubes"],
-        ("sample", "method") => vec!["floaters", "kinematic", "dynamic"],
+        ("sample", "method") => Method::NAMES.iter().map(|(_, name)| *name).collect(),
         ("thin", "keep") => vec!["representative", "barycenter"],
         ("plot", "style") => vec!["shaded", "fill"],
         ("plot", "view") => View::names().collect(),

@@ -13,6 +13,7 @@ mod inspection;
 mod lists;
 mod mathematics;
 mod pictures;
+mod samples;
 mod script;
 mod surfaces;
 
@@ -76,10 +77,8 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Lists", lists::TABLE),
     ("Derivatives", calculus::TABLE),
     ("Differential geometry", geometry::TABLE),
-    (
-        "Samples, meshes, curves and their measures",
-        surfaces::TABLE,
-    ),
+    ("Samples", samples::TABLE),
+    ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),
     ("Inspection", inspection::TABLE),

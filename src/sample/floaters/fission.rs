@@ -143,6 +143,42 @@ impl Population<'_> {
         changes
     }
 
+    /// Every floater splits in two halves (Turk's global fissioning), as far as both find a place.
+    /// Returns how many were born.
+    pub(super) fn split_all(&mut self, dice: &mut Dice) -> usize {
+        let dimension = self.bounds.dimension;
+        let parents = self.floaters.len();
+        let (low, high) = (self.bounds.min, self.bounds.max);
+        let offsets: Vec<DVec3> = self
+            .floaters
+            .iter()
+            .map(|floater| APART * floater.radius * dice.tangent(floater.normal, dimension))
+            .collect();
+        let halves = self.floaters.iter().zip(&offsets);
+        let places: Vec<DVec3> = halves
+            .clone()
+            .map(|(floater, &offset)| (floater.position + offset).clamp(low, high))
+            .chain(halves.map(|(floater, &offset)| (floater.position - offset).clamp(low, high)))
+            .collect();
+        let there = self.evaluate(&places);
+        for parent in 0..parents {
+            let original = self.floaters[parent];
+            if original.normal == DVec3::ZERO {
+                continue;
+            }
+            let index = self.floaters.len();
+            self.floaters.push(original);
+            let second = parent + parents;
+            if self.arrive(index, places[second], there[second]) {
+                self.arrive(parent, places[parent], there[parent]);
+            } else {
+                self.floaters.truncate(index);
+            }
+        }
+        self.changed();
+        self.floaters.len() - parents
+    }
+
     /// Who dies.
     fn dying(&self, desired_radius: f64, dice: &mut Dice) -> Vec<bool> {
         let mut dying = vec![false; self.floaters.len()];

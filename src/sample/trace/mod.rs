@@ -20,7 +20,7 @@ use self::curve::Walker;
 use self::starts::{Traced, trace};
 use self::step::Place;
 use self::system::System;
-use super::statistics::{CurveComponent, CurveStatistics, Dropped, Statistics};
+use super::statistics::{CurveComponent, CurveStatistics, Statistics};
 use super::{Options, Outcome, SampleError, out_of_range, radii};
 use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
 use crate::geometry::{Bounds, Samples};
@@ -87,6 +87,7 @@ fn samples(system: &System, places: &[Place]) -> Samples {
             .map(|place| place.local.normals[own])
             .collect(),
         tangents: places.iter().map(|place| place.tangent).collect(),
+        weights: Vec::new(),
         residuals: places.iter().map(|place| place.local.residual()).collect(),
         radii: radii::radii(&positions),
         positions,
@@ -99,20 +100,11 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
     Statistics {
         started: samples.positions.len() as u64,
         points: samples.positions.len() as u64,
-        iterations: 0,
         steps: events.steps,
         evaluations,
-        dropped: Dropped::default(),
         converged: events.unfinished == 0,
-        births: None,
-        deaths: None,
-        searches: 0,
-        settled: true,
-        bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
-        proof: None,
         nan_points: undefined,
-        singular: 0,
         curves: Some(CurveStatistics {
             components: traced
                 .components
@@ -129,6 +121,7 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
             undecided: traced.undecided,
             proven: traced.proven,
         }),
+        ..Statistics::new(bounds)
     }
 }
 

@@ -29,7 +29,7 @@ use crate::geometry::{Bounds, Samples};
 use crate::math::scalar;
 use crate::sample::cover::cover;
 use crate::sample::evaluation::Evaluation;
-use crate::sample::statistics::{Dropped, Proof, Statistics};
+use crate::sample::statistics::{Proof, Statistics};
 use crate::sample::{Options, Outcome, SampleError, radii};
 
 /// Points on a surface without `count` and `spacing`.
@@ -121,6 +121,7 @@ fn outcome(front: &Front, starts: &Starts, bounds: Bounds, trials: u32, reached:
         dimension: 3,
         normals: front.points.iter().map(|point| point.normal).collect(),
         tangents: Vec::new(),
+        weights: Vec::new(),
         residuals: front.points.iter().map(|point| point.residual).collect(),
         radii: radii::radii(&positions),
         positions,
@@ -132,18 +133,11 @@ fn outcome(front: &Front, starts: &Starts, bounds: Bounds, trials: u32, reached:
         iterations: trials,
         steps: count,
         evaluations: front.evaluations,
-        dropped: Dropped::default(),
         converged: reached,
-        births: None,
-        deaths: None,
-        searches: 0,
-        settled: true,
-        bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         proof: starts.proof,
         nan_points: front.undefined,
-        singular: 0,
-        curves: None,
+        ..Statistics::new(bounds)
     };
     Outcome {
         samples,

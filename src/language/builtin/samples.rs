@@ -1,0 +1,376 @@
+//! Samplers as functions of the language.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::extent::found_bounds;
+use super::surfaces::{field_argument, located_argument};
+use super::{Arguments, Builtin, action};
+use crate::diagnostic::{Code, Diagnostic};
+use crate::engine::CompiledField;
+use crate::geometry::Bounds;
+use crate::language::function::At;
+use crate::language::product::SampleSet;
+use crate::language::session::Session;
+use crate::language::value::{Outcome, Value, failure};
+use crate::sample::{self, Method, SampleError, Varying};
+
+pub(super) const TABLE: &[Builtin] = &[
+    action(
+        "sample",
+        &[
+            "f",
+            "method = \"floaters\"",
+            "spacing =",
+            "count =",
+            "seeds =",
+            "seed = 0",
+            "bounds =",
+            "tolerance = 1e-9",
+            "friction = 0.05",
+            "direction =",
+        ],
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
+        sample,
+    ),
+    action(
+        "thin",
+        &["samples", "delta", "keep = \"representative\"", "f ="],
+        "Samples with one point left in each cube of side delta that has any: the \"representative\" nearest to their middle, or their \"barycenter\", put back onto the zero set of f.",
+        thin,
+    ),
+];
+
+fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let (field, given) = located_argument(session, arguments)?;
+    let fields = field
+        .surfaces(&mut session.graph, session.parameters.values())
+        .at(arguments.place("f"), "this field")?;
+    let method = match arguments.text("method")?.as_deref() {
+        None if fields.len() == 2 => Method::Trace,
+        None if field.dimension() == 1 => Method::Kinematic,
+        None => Method::default(),
+        Some(name) => Method::named(name).ok_or_else(|| {
+            let names = Method::NAMES.iter().map(|(_, name)| format!("\"{name}\""));
+            let names: Vec<String> = names.collect();
+            let message = format!(
+                "there is no sampler `{name}`; there are {}",
+                names.join(", ")
+            );
+            arguments.bad("method", message)
+        })?,
+    };
+    let bounds = match (given, method) {
+        (Some(bounds), _) => Some(bounds),
+        (None, Method::Kinematic | Method::Dynamic) => None,
+        (None, Method::Floaters | Method::Relax) => proven_box(&fields[0], arguments)?,
+        (None, _) => Some(common_box(&fields, arguments)?),
+    };
+    let mut options = sample::Options {
+        method,
+        bounds,
+        count: arguments.count(session, "count")?,
+        count_limit: session.limits.particles,
+        ..sample::Options::default()
+    };
+    match arguments.given("spacing").map(|given| given.value.clone()) {
+        Some(spacing @ (Value::Field(_) | Value::Function(_))) => {
+            options.varying = Some(varying(session, arguments, spacing, field.dimension())?);
+        }
+        _ => options.spacing = arguments.positive(session, "spacing")?,
+    }
+    if let Some(seed) = arguments.count(session, "seed")? {
+        options.seed = seed;
+    }
+    if let Some(seeds) = arguments.plain(session, "seeds")? {
+        options.seeds = points_of(&seeds, field.dimension()).ok_or_else(|| {
+            let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
+            arguments.expected(expected, "seeds", &seeds)
+        })?;
+    }
+    if let Some(tolerance) = arguments.positive(session, "tolerance")? {
+        options.tolerance = tolerance;
+    }
+    if let Some(friction) = arguments.positive(session, "friction")? {
+        options.friction = friction;
+    }
+    if let Some(direction) = arguments.plain(session, "direction")? {
+        let vector = vector_of(&direction, field.dimension());
+        let expected = "a vector, as in `[0, 0, 1]`";
+        options.direction =
+            Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
+    }
+    let outcome = match fields.as_slice() {
+        [first, second] => sample::sample_curve([first, second], &options, &session.monitor()),
+        [field, ..] => sample::sample(field, &options, &session.monitor()),
+        [] => return Err(arguments.expected("a field", "f", &Value::Field(field))),
+    };
+    let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
+    let statistics = outcome.statistics;
+    if outcome.samples.positions.is_empty() {
+        let message = match (method, &statistics.lines) {
+            (Method::Trace, _) => "the field has no zero in the box that could be found".to_owned(),
+            (_, None) => format!(
+                "none of the {} particles found a zero of the field",
+                statistics.started
+            ),
+            (_, Some(_)) => format!(
+                "none of the {} lines through the box met a zero of the field",
+                statistics.started
+            ),
+        };
+        let mut error = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero found");
+        error.help = Some("give `bounds` that hold the surface, or check the field".into());
+        return Err(error);
+    }
+    warn_about_samples(session, arguments, &statistics);
+    let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
+    Ok(Value::Samples(Rc::new(set)))
+}
+
+/// The vector that a list of numbers stands for.
+fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
+    let Value::List(components) = value else {
+        return None;
+    };
+    let mut vector = DVec3::ZERO;
+    for (axis, component) in components.iter().enumerate() {
+        match component {
+            Value::Number(number) if axis < dimension => vector[axis] = *number,
+            _ => return None,
+        }
+    }
+    (components.len() == dimension).then_some(vector)
+}
+
+/// A spacing that is a field, or a function of a point or of coordinates.
+fn varying(
+    session: &mut Session,
+    arguments: &Arguments,
+    spacing: Value,
+    dimension: usize,
+) -> Outcome<Varying> {
+    let place = arguments.place("spacing");
+    let field = match spacing {
+        Value::Field(field) => field,
+        Value::Function(function) => {
+            let as_point = function.parameter_count() == 1 && dimension > 1;
+            session.function_as_field(&function, dimension, as_point, place)?
+        }
+        other => return Err(arguments.expected("a number or a function", "spacing", &other)),
+    };
+    if field.dimension() != dimension {
+        let message = format!(
+            "`spacing` has {} coordinates, but the field has {dimension}",
+            field.dimension()
+        );
+        return Err(arguments.bad("spacing", message));
+    }
+    let compiled = field
+        .compiled(&mut session.graph, session.parameters.values())
+        .at(place, "this spacing")?;
+    Ok(Varying(Arc::new(compiled)))
+}
+
+/// The points that a list of lists of numbers, or a sample, stands for.
+fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
+    if let Value::Samples(set) = value {
+        return (set.samples.dimension == dimension).then(|| set.samples.positions.clone());
+    }
+    let Value::List(points) = value else {
+        return None;
+    };
+    points
+        .iter()
+        .map(|point| vector_of(point, dimension))
+        .collect()
+}
+
+/// A box that provably holds the whole zero set, if one can be found. That there is no zero at
+/// all is an error; that nothing could be proven is none, because the sampler can search.
+fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bounds>> {
+    match found_bounds(field, 0.0, arguments) {
+        // A zero set that is a point has no box to speak of.
+        Ok(bounds) => Ok(Some(bounds).filter(|bounds| bounds.diagonal() > 1e-90)),
+        Err(error) if error.code == Code::NoBounds => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// A box that provably holds all points at which every one of the fields vanishes.
+fn common_box(fields: &[CompiledField], arguments: &Arguments) -> Outcome<Bounds> {
+    let mut common: Option<Bounds> = None;
+    let mut unbounded = None;
+    for field in fields {
+        match (found_bounds(field, 0.0, arguments), common) {
+            (Ok(bounds), None) => common = Some(bounds),
+            (Ok(bounds), Some(other)) => {
+                let (min, max) = (bounds.min.max(other.min), bounds.max.min(other.max));
+                if min.cmpgt(max).any() {
+                    return Err(no_common_zero(arguments));
+                }
+                common = Some(Bounds { min, max, ..other });
+            }
+            (Err(error), _) if error.code == Code::NoBounds => unbounded = Some(error),
+            (Err(error), _) => return Err(error),
+        }
+    }
+    common.ok_or_else(|| unbounded.unwrap_or_else(|| no_common_zero(arguments)))
+}
+
+fn no_common_zero(arguments: &Arguments) -> Box<Diagnostic> {
+    failure(Code::NoSurface, "the fields vanish nowhere together")
+        .at(arguments.place("f"), "no zero set")
+}
+
+fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
+    let message = error.to_string();
+    match error {
+        SampleError::Option { option, .. } => {
+            failure(Code::BadValue, message).at(arguments.place(option), "this value")
+        }
+        SampleError::TooMany { .. } => {
+            let mut failure =
+                failure(Code::ParticleLimit, message).at(arguments.place("count"), "this many");
+            failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
+            failure
+        }
+        SampleError::Dimension { .. } => {
+            failure(Code::WrongDimension, message).at(arguments.span, "here")
+        }
+        SampleError::Method { .. } => arguments.bad("method", message),
+        SampleError::NoCurve { .. } => {
+            failure(Code::NoSurface, message).at(arguments.place("f"), "not a curve")
+        }
+        SampleError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
+    }
+}
+
+fn warn_about_samples(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+) {
+    if statistics.births.is_some() && !statistics.converged {
+        let message = if !statistics.settled {
+            "the search for the surface did not come to an end: the surface may be unbounded"
+                .to_owned()
+        } else if statistics.dropped.total() > 0 {
+            format!(
+                "{} of {} floaters were dropped: they could not be put on the zero set, which is \
+                 rough there",
+                statistics.dropped.total(),
+                statistics.started
+            )
+        } else {
+            format!(
+                "the floaters did not come to rest in {} iterations, or their number is not \
+                 exactly what was asked for",
+                statistics.iterations
+            )
+        };
+        let warning = Diagnostic::warning(Code::DroppedPoints, message)
+            .label(arguments.span, "sampled here")
+            .help("all points lie on the zero set, but maybe not evenly; sharp creases and details smaller than the spacing keep floaters moving");
+        session.host.warn(warning);
+    }
+    if let Some(lines) = &statistics.lines {
+        warn_about_lines(session, arguments, statistics, lines);
+    }
+    let of_particles = statistics.births.is_none();
+    if of_particles && (statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0) {
+        let warning = Diagnostic::warning(
+            Code::DroppedPoints,
+            format!(
+                "{} of {} particles were dropped: {} did not converge, {} were caught where the \
+                 field has a minimum that is not 0",
+                statistics.dropped.total(),
+                statistics.started,
+                statistics.dropped.unconverged,
+                statistics.dropped.spurious
+            ),
+        )
+        .label(arguments.span, "sampled here");
+        session.host.warn(warning);
+    }
+    if statistics.nan_points > 0 {
+        let warning = Diagnostic::warning(
+            Code::NanRegion,
+            format!(
+                "the field or its gradient was not a number at {} of {} points that were looked at",
+                statistics.nan_points, statistics.evaluations
+            ),
+        )
+        .label(arguments.span, "sampled here");
+        session.host.warn(warning);
+    }
+}
+
+fn warn_about_lines(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+    lines: &sample::Lines,
+) {
+    let mut warn = |code, message: String, help: &str| {
+        let warning = Diagnostic::warning(code, message)
+            .label(arguments.span, "sampled here")
+            .help(help);
+        session.host.warn(warning);
+    };
+    if !statistics.converged {
+        warn(
+            Code::DroppedPoints,
+            format!(
+                "only {} points were found on {} lines: the surface is too small for its box",
+                statistics.points, lines.drawn
+            ),
+            "give `bounds` that are closer to the surface",
+        );
+    }
+    if lines.undecided > 0 {
+        warn(
+            Code::PoorRoots,
+            format!(
+                "at {} places on {} lines the field jumps, has a pole, ends, or could not be \
+                 enclosed closely: they give no points",
+                lines.undecided, lines.drawn
+            ),
+            "a pole such as 1/x changes its sign without a zero",
+        );
+    }
+}
+
+fn thin(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let Value::Samples(set) = arguments.value("samples") else {
+        return Err(arguments.expected("samples", "samples", &arguments.value("samples")));
+    };
+    let delta = arguments.positive(session, "delta")?.unwrap_or(f64::NAN);
+    let thinned = match arguments.text("keep")?.as_deref() {
+        None | Some("representative") => {
+            sample::thin(&set.samples, delta, sample::Keep::Representative)
+        }
+        Some("barycenter" | "barycentre") => {
+            if arguments.given("f").is_none() {
+                let message = "`keep = \"barycenter\"` needs the field, `f = …`, to put the \
+                               points back onto its zero set";
+                return Err(failure(Code::MissingArgument, message).at(arguments.span, "here"));
+            }
+            let field = field_argument(session, arguments, Some(set.samples.dimension))?;
+            let compiled = field
+                .compiled(&mut session.graph, session.parameters.values())
+                .at(arguments.place("f"), "this field")?;
+            sample::thin(&set.samples, delta, sample::Keep::Barycenter(&compiled))
+        }
+        Some(other) => {
+            let message =
+                format!("`keep` must be \"representative\" or \"barycenter\", not \"{other}\"");
+            return Err(arguments.bad("keep", message));
+        }
+    }
+    .map_err(|error| sample_failure(&error, arguments))?;
+    let set = SampleSet::new(thinned, set.method, None);
+    Ok(Value::Samples(Rc::new(set)))
+}
