@@ -82,7 +82,7 @@ pub(super) enum Command {
     Explain(Explain),
     /// Serves an editor: speaks the language server protocol over standard input and output
     #[command(
-        after_help = "An editor starts it. In Helix's languages.toml, for example:\n  [language-server.imp]\n  command = \"imp\"\n  args = [\"lsp\"]\n\nIt ends with 0 after `shutdown` and `exit`, else with 1."
+        after_help = "Example:\n  imp lsp\n\nAn editor starts it. In Helix's languages.toml, for example:\n  [language-server.imp]\n  command = \"imp\"\n  args = [\"lsp\"]\n\nIt ends with 0 after `shutdown` and `exit`, else with 1."
     )]
     Lsp(Lsp),
     /// Prints the script that completes words of the command line in a shell

@@ -91,6 +91,11 @@ fn text(statements: &[Statement], sources: &Sources) -> String {
                 before.span.source == statement.span.source && before.span.end as usize <= start
             })
             .map_or(0, |before| before.span.end as usize);
+        // What stands behind the statement before, on its line, is about that one.
+        let rest = source[after..start]
+            .find('\n')
+            .map_or(start, |end| after + end + 1);
+        let after = if after == 0 { 0 } else { rest };
         let comments = comments_above(&source[after..start]);
         match &statement.documentation {
             // The statement was written anew, without the comment of the one that it replaces.

@@ -41,10 +41,11 @@ mod tests {
     use super::*;
 
     fn image() -> Image {
-        let pixel = |place: usize| match place % 3 {
-            0 => [255, 0, 0, 255],
-            1 => [0, 0, 255, 255],
-            _ => [(place * 97 % 251) as u8, (place * 31 % 241) as u8, 0, 255],
+        // Colours without a pattern, so that the file is as large as it can be.
+        let pixel = |place: usize| {
+            let noise = (place as u32).wrapping_mul(2_654_435_761).rotate_left(15);
+            let [red, green, blue, _] = noise.wrapping_mul(2_246_822_519).to_le_bytes();
+            [red, green, blue, 255]
         };
         Image {
             width: 90,
