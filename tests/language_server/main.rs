@@ -4,3 +4,4 @@ mod answers;
 mod bad_input;
 mod client;
 mod edits;
+mod renames;
