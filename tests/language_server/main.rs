@@ -1,5 +1,6 @@
 //! The language server, asked by a client that speaks the protocol over pipes.
 
+mod addresses;
 mod answers;
 mod bad_input;
 mod client;
