@@ -330,7 +330,6 @@ fn shortened(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::tests::project;
-    use super::*;
 
     #[test]
     fn new_names_are_refused_with_a_reason() {
