@@ -289,19 +289,20 @@ impl<W: Write> Server<W> {
         let Some(document) = self.documents.get_mut(&path) else {
             return Err(format!("{} is not open", uri.as_str()));
         };
+        let mut text = String::from(&*document.text);
         for change in changes {
-            let text: Arc<str> = match change.range {
-                None => change.text.into(),
-                Some(range) => {
-                    let bytes = document.lines.bytes(&document.text, range);
-                    let (before, after) =
-                        (&document.text[..bytes.start], &document.text[bytes.end..]);
-                    [before, &change.text, after].concat().into()
+            match change.range {
+                None => {
+                    text = change.text;
+                    document.lines = Lines::new(&text, self.encoding);
                 }
-            };
-            document.lines = Lines::new(&text, self.encoding);
-            document.text = text;
+                Some(range) => {
+                    let bytes = document.lines.bytes(&text, range);
+                    document.lines.replace(&mut text, bytes, &change.text);
+                }
+            }
         }
+        document.text = text.into();
         document.version = version;
         let text = Arc::clone(&document.text);
         self.project.open(path.clone(), text);
