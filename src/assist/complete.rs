@@ -325,6 +325,9 @@ impl<'text> Completer<'text> {
         let Some(callee) = self.callee() else {
             return;
         };
+        // The `=` may stand there already.
+        let next = self.scan.before + usize::from(!self.replace.is_empty());
+        let is_named = next < self.scan.words.len() && self.scan.shown(next) == "=";
         for parameter in &callee.parameters {
             let name = parameter_name(parameter);
             let is_plain = name
@@ -338,7 +341,10 @@ impl<'text> Completer<'text> {
                 Kind::Argument,
                 format!("{parameter} of {}", callee.name),
             );
-            self.offer_text(&format!("{name} ="), &known);
+            match is_named {
+                true => self.offer(&known),
+                false => self.offer_text(&format!("{name} ="), &known),
+            }
         }
     }
 
@@ -365,6 +371,12 @@ impl<'text> Completer<'text> {
         if point && self.members_of(opener - 3).is_none() {
             before += 1;
         }
+        // So is `a |> f(b)`.
+        let mut first = opener.checked_sub(1)?;
+        while first >= 2 && self.scan.shown(first - 1) == "." {
+            first -= 2;
+        }
+        before += usize::from(first > 0 && self.scan.shown(first - 1) == "|>");
         let last = callee.parameters.len().checked_sub(1)?;
         let goes_on = callee.parameters[last].ends_with(['.', '…']);
         (before <= last || goes_on).then_some(before.min(last))
@@ -500,7 +512,7 @@ impl<'text> Completer<'text> {
         }
         let inside = range.start + 1..end;
         if self.last() == "import" {
-            return self.paths(inside);
+            return self.paths(inside, is_closed);
         }
         // A string that was never closed reaches to the end of the line.
         let known = |letter: char| letter.is_alphanumeric();
@@ -519,7 +531,7 @@ impl<'text> Completer<'text> {
         }
     }
 
-    fn paths(&mut self, inside: Range<usize>) {
+    fn paths(&mut self, inside: Range<usize>, is_closed: bool) {
         let written = &self.scan.text[inside.start..self.offset];
         let (folder, _) = written
             .rsplit_once('/')
@@ -528,7 +540,7 @@ impl<'text> Completer<'text> {
             "" if !written.starts_with('/') => inside.start,
             _ => inside.start + folder.len() + 1,
         };
-        self.replace = start..self.offset;
+        self.replace = start..if is_closed { inside.end } else { self.offset };
         let directory = self.surroundings.directory.join(match folder {
             "" if written.starts_with('/') => "/",
             folder => folder,

@@ -77,6 +77,32 @@ pub struct Index {
     pub imports: Vec<Import>,
     /// The names of the tests and where they stand, in order.
     pub tests: Vec<(Literal, Range<usize>)>,
+    /// Names of which the text alone does not tell what they mean.
+    pub doubts: Vec<Doubt>,
+}
+
+/// A place where a name stands that might mean several things, or something that only a run shows.
+#[derive(Clone, Debug)]
+pub struct Doubt {
+    /// The name.
+    pub name: Arc<str>,
+    /// Its bytes.
+    pub range: Range<usize>,
+    /// Why it is in doubt.
+    pub kind: DoubtKind,
+}
+
+/// Why a name is in doubt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DoubtKind {
+    /// A named argument of a function that is not known.
+    Argument,
+    /// Behind the dot of something that is neither an import nor the library's.
+    Member,
+    /// The same with arguments: possibly a function that is used as a method.
+    Method,
+    /// Read in a function, and bound around that function later.
+    Late,
 }
 
 impl Index {
@@ -123,6 +149,27 @@ impl Index {
 enum Later<'tree> {
     Name(&'tree Name),
     Argument(&'tree Name, &'tree Name),
+    /// `subject.name`, whether arguments follow, and the function of that name there.
+    Member(&'tree Name, &'tree Name, bool, Option<usize>),
+    /// `subject.function(name = …)`, and the function of that name there.
+    MemberArgument(&'tree Name, &'tree Name, &'tree Name, Option<usize>),
+    /// `with {module.name = …}`
+    Change(&'tree Name),
+}
+
+/// A name that has been read, in how many functions, and as what.
+struct Mention {
+    range: Range<usize>,
+    number: usize,
+    functions: usize,
+    found: Option<usize>,
+}
+
+/// What had been seen when a scope opened.
+struct Opening {
+    functions: usize,
+    mentions: usize,
+    bindings: usize,
 }
 
 struct Indexer<'tree> {
@@ -133,9 +180,14 @@ struct Indexer<'tree> {
     open: Vec<Vec<usize>>,
     statements: Vec<&'tree Statement>,
     later: Vec<Later<'tree>>,
-    /// The function whose parameters are being bound, and how many functions are around it.
-    function: Option<(usize, u32)>,
-    functions: u32,
+    /// The function that has been bound and is entered next.
+    function: Option<usize>,
+    /// The functions around, with the bindings of those that have names.
+    functions: Vec<Option<usize>>,
+    openings: Vec<Opening>,
+    mentions: FxHashMap<&'tree str, Vec<Mention>>,
+    /// How many names have been read.
+    seen: usize,
     /// Imported names.
     modules: FxHashSet<usize>,
 }
@@ -154,7 +206,10 @@ impl<'tree> Indexer<'tree> {
             statements: Vec::new(),
             later: Vec::new(),
             function: None,
-            functions: 0,
+            functions: Vec::new(),
+            openings: Vec::new(),
+            mentions: FxHashMap::default(),
+            seen: 0,
             modules: FxHashSet::default(),
         }
     }
@@ -207,9 +262,41 @@ impl<'tree> Indexer<'tree> {
                     None => self.occurs_in_language(range(name.span), &name.text),
                 },
                 Later::Argument(callee, name) => {
-                    if let Some(&function) = globals.get(&callee.text) {
-                        self.argument_of(function, name);
+                    self.argument_of_some(globals.get(&callee.text).copied(), callee, name);
+                }
+                Later::Member(subject, name, called, found) => {
+                    let module = globals.get(&subject.text).copied();
+                    match module.filter(|module| self.modules.contains(module)) {
+                        Some(module) => self.member(module, name),
+                        None => {
+                            self.doubts(name, called);
+                            let function = found.or_else(|| globals.get(&name.text).copied());
+                            match function.filter(|_| called) {
+                                Some(function) => {
+                                    self.occurs(range(name.span), Target::Own(function));
+                                }
+                                None if called => {
+                                    self.occurs_in_language(range(name.span), &name.text);
+                                }
+                                None => {}
+                            }
+                        }
                     }
+                }
+                Later::MemberArgument(subject, function, name, found) => {
+                    let module = globals.get(&subject.text).copied();
+                    match module.filter(|module| self.modules.contains(module)) {
+                        Some(module) => self.argument_of_member(module, function, name),
+                        None => {
+                            let found = found.or_else(|| globals.get(&function.text).copied());
+                            self.argument_of_some(found, function, name);
+                        }
+                    }
+                }
+                Later::Change(name) => {
+                    let module = name.text.split_once('.').map(|(module, _)| module);
+                    let module = module.and_then(|module| globals.get(module).copied());
+                    self.change_of(module, name);
                 }
             }
         }
@@ -219,6 +306,86 @@ impl<'tree> Indexer<'tree> {
         self.index
     }
 
+    /// Functions read names late: those that have read this name in the scope where it is bound only
+    /// now may mean either.
+    fn find_late(&mut self, name: &'tree Name) {
+        let (Some(opening), true) = (self.openings.last(), self.openings.len() > 1) else {
+            return;
+        };
+        let mentions = self.mentions.get(&*name.text).into_iter().flatten().rev();
+        let late = mentions
+            .take_while(|mention| mention.number > opening.mentions)
+            .filter(|mention| {
+                mention.functions > opening.functions
+                    && mention.found.is_none_or(|found| found < opening.bindings)
+            })
+            .map(|mention| Doubt {
+                name: Arc::clone(&name.text),
+                range: mention.range.clone(),
+                kind: DoubtKind::Late,
+            });
+        self.index.doubts.extend(late);
+    }
+
+    fn doubt(&mut self, name: &Name, range: Range<usize>, kind: DoubtKind) {
+        let name = Arc::clone(&name.text);
+        self.index.doubts.push(Doubt { name, range, kind });
+    }
+
+    /// `name` behind a dot, of which only a run shows whether it is a property.
+    fn doubts(&mut self, name: &Name, called: bool) {
+        let kind = match called {
+            true => DoubtKind::Method,
+            false => DoubtKind::Member,
+        };
+        self.doubt(name, range(name.span), kind);
+    }
+
+    fn member(&mut self, module: usize, name: &Name) {
+        let target = Target::Member(module, Arc::clone(&name.text));
+        self.occurs(range(name.span), target);
+    }
+
+    fn argument_of_member(&mut self, module: usize, function: &Name, name: &Name) {
+        let (function, argument) = (Arc::clone(&function.text), Arc::clone(&name.text));
+        let target = Target::MemberArgument(module, function, argument);
+        self.occurs(range(name.span), target);
+    }
+
+    fn argument_of_some(&mut self, function: Option<usize>, callee: &Name, name: &Name) {
+        match function {
+            Some(function) => self.argument_of(function, name),
+            None if vocabulary::find(&callee.text).is_some() => {}
+            None => self.doubt(name, range(name.span), DoubtKind::Argument),
+        }
+    }
+
+    /// `module.member = …` behind `with`, where the name of the module may be known.
+    fn change_of(&mut self, module: Option<usize>, name: &Name) {
+        let start = name.span.start as usize;
+        let Some((first, member)) = name.text.split_once('.') else {
+            return;
+        };
+        let is_plain = self.text.get(range(name.span)) == Some(&*name.text);
+        match module.filter(|_| is_plain && !member.contains('.')) {
+            Some(import) => {
+                self.occurs(start..start + first.len(), Target::Own(import));
+                let target = Target::Member(import, Arc::from(member));
+                self.occurs(start + first.len() + 1..name.span.end as usize, target);
+            }
+            None => {
+                // Any of the names may be the one that is asked for.
+                for part in name.text.split('.') {
+                    self.index.doubts.push(Doubt {
+                        name: Arc::from(part),
+                        range: range(name.span),
+                        kind: DoubtKind::Member,
+                    });
+                }
+            }
+        }
+    }
+
     /// `name` as an argument of a function of the file.
     fn argument_of(&mut self, function: usize, name: &Name) {
         let arguments = &self.index.bindings[function].arguments;
@@ -226,8 +393,9 @@ impl<'tree> Indexer<'tree> {
             .iter()
             .copied()
             .find(|&argument| self.index.bindings[argument].name == name.text);
-        if let Some(argument) = found {
-            self.occurs(range(name.span), Target::Own(argument));
+        match found {
+            Some(argument) => self.occurs(range(name.span), Target::Own(argument)),
+            None => self.doubt(name, range(name.span), DoubtKind::Argument),
         }
     }
 }
@@ -236,10 +404,16 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
     fn open(&mut self) {
         self.scopes.push(FxHashMap::default());
         self.open.push(Vec::new());
+        self.openings.push(Opening {
+            functions: self.functions.len(),
+            mentions: self.seen,
+            bindings: self.index.bindings.len(),
+        });
     }
 
     fn close(&mut self) {
         self.scopes.pop();
+        self.openings.pop();
         let end = match self.statements.last() {
             Some(statement) if !self.scopes.is_empty() => statement.span.end as usize,
             _ => self.text.len(),
@@ -250,11 +424,11 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
     }
 
     fn enter_function(&mut self) {
-        self.functions += 1;
+        self.functions.push(self.function.take());
     }
 
     fn leave_function(&mut self) {
-        self.functions -= 1;
+        self.functions.pop();
     }
 
     fn statement(&mut self, statement: &'tree Statement) {
@@ -269,10 +443,10 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
             self.index.tests.push(test);
         }
         self.statements.push(statement);
-        self.function = None;
     }
 
     fn bind(&mut self, name: &'tree Name, role: Role) {
+        self.find_late(name);
         let place = self.index.bindings.len();
         let is_global = self.scopes.len() == 1;
         let statement = self
@@ -294,10 +468,9 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
             scope: name.span.start as usize..self.text.len(),
             arguments: Vec::new(),
         });
-        match (role, self.function) {
-            (Role::Function, _) => self.function = Some((place, self.functions)),
-            // Functions in its defaults and body have parameters too.
-            (Role::Argument, Some((function, around))) if self.functions == around + 1 => {
+        match (role, self.functions.last()) {
+            (Role::Function, _) => self.function = Some(place),
+            (Role::Argument, Some(&Some(function))) => {
                 self.index.bindings[function].arguments.push(place);
             }
             _ => {}
@@ -321,7 +494,15 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
     }
 
     fn mention(&mut self, name: &'tree Name) {
-        match self.find(&name.text) {
+        let found = self.find(&name.text);
+        self.seen += 1;
+        self.mentions.entry(&name.text).or_default().push(Mention {
+            range: range(name.span),
+            number: self.seen,
+            functions: self.functions.len(),
+            found,
+        });
+        match found {
             Some(binding) => self.occurs(range(name.span), Target::Own(binding)),
             None => self.later.push(Later::Name(name)),
         }
@@ -329,34 +510,36 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
 
     fn property(&mut self, subject: &'tree Expression, name: &'tree Name, called: bool) {
         match self.module(subject) {
-            Some(Ok(import)) => {
-                let target = Target::Member(import, Arc::clone(&name.text));
-                self.occurs(range(name.span), target);
-            }
+            Some(Ok(import)) => self.member(import, name),
             Some(Err(namespace)) if vocabulary::find(&namespace.text).is_some() => {
                 let full = format!("{}.{}", namespace.text, name.text);
                 self.occurs_in_language(range(name.span), &full);
             }
-            // `a.f(b)` is `f(a, b)` where a has no property f.
-            _ if called => self.mention(name),
-            _ => {}
+            Some(Err(unknown)) => {
+                let found = self.find(&name.text);
+                self.later.push(Later::Member(unknown, name, called, found));
+            }
+            None => {
+                self.doubts(name, called);
+                // `a.f(b)` is `f(a, b)` where a has no property f.
+                if called {
+                    self.mention(name);
+                }
+            }
         }
     }
 
     fn change(&mut self, name: &'tree Name) {
-        let start = name.span.start as usize;
-        let Some((module, member)) = name.text.split_once('.') else {
+        let Some((module, _)) = name.text.split_once('.') else {
             let global = self.scopes.first().and_then(|file| file.get(&*name.text));
             return match global {
                 Some(&binding) => self.occurs(range(name.span), Target::Own(binding)),
                 None => self.later.push(Later::Name(name)),
             };
         };
-        let is_plain = self.text.get(range(name.span)) == Some(&*name.text);
-        if let Some(import) = self.find(module).filter(|_| is_plain) {
-            self.occurs(start..start + module.len(), Target::Own(import));
-            let target = Target::Member(import, Arc::from(member));
-            self.occurs(start + module.len() + 1..name.span.end as usize, target);
+        match self.find(module) {
+            Some(import) => self.change_of(Some(import), name),
+            None => self.later.push(Later::Change(name)),
         }
     }
 
@@ -370,111 +553,22 @@ impl<'tree> Visitor<'tree> for Indexer<'tree> {
                 subject,
                 name: function,
             } => match self.module(subject) {
-                Some(Ok(import)) => {
-                    let (function, argument) = (Arc::clone(&function.text), Arc::clone(&name.text));
-                    let target = Target::MemberArgument(import, function, argument);
-                    self.occurs(range(name.span), target);
+                Some(Ok(import)) => self.argument_of_member(import, function, name),
+                Some(Err(unknown)) if vocabulary::find(&unknown.text).is_none() => {
+                    let found = self.find(&function.text);
+                    let later = Later::MemberArgument(unknown, function, name, found);
+                    self.later.push(later);
                 }
-                _ => match self.find(&function.text) {
+                Some(Err(_)) => {}
+                None => match self.find(&function.text) {
                     Some(function) => self.argument_of(function, name),
                     None => self.later.push(Later::Argument(function, name)),
                 },
             },
-            _ => {}
+            _ => self.doubt(name, range(name.span), DoubtKind::Argument),
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The places of what stands at the first `‸`, and those that are marked with it.
-    fn check(marked: &str) {
-        let text: String = marked.replace('‸', "");
-        let mut expected = Vec::new();
-        let mut gone = 0;
-        for (place, _) in marked.match_indices('‸') {
-            expected.push(place - gone);
-            gone += '‸'.len_utf8();
-        }
-        let index = Index::of_text(&text);
-        let found = index.at(expected[0]).expect("a name");
-        let places: Vec<usize> = index
-            .places(&found.target)
-            .map(|place| place.start)
-            .collect();
-        assert_eq!(places, expected, "{marked}");
-    }
-
-    #[test]
-    fn names_are_told_apart_by_their_scopes() {
-        check("let ‸a = 1\nfn f(a) = a\nlet b = ‸a + f(‸a)");
-        check("let a = 1\nfn f(‸a) = ‸a\nlet b = a + f(‸a = a)");
-        check("param ‸r = 1\nfield f(x, y) = x - ‸r\nlet g = f with {‸r = 2}");
-        check(
-            "fn f(x) = later(x)\nfn ‸later(x) = x\nlet a = later(1)"
-                .replacen("later(x)\n", "‸later(x)\n", 1)
-                .replacen("= later(1)", "= ‸later(1)", 1)
-                .as_str(),
-        );
-        check("let l = [‸i + j for ‸i in range(3) for j in range(‸i)]\nlet i = 1");
-        check(
-            "fn ‸twice(a) = 2 * a\nlet b = 3.‸twice()"
-                .replace("3.", "(3).")
-                .as_str(),
-        );
-        check("field f(‸x, y) = ‸x + y\nfield g(x, y) = x");
-        check("fn f(a) {\n    let ‸t = a\n    ‸t + 1\n}\nlet t = 1\nprint(\"{t}\")");
-    }
-
-    #[test]
-    fn only_its_own_parameters_are_a_functions_arguments() {
-        let index = Index::of_text("fn f(a, b = t -> t, c = 1) = (u -> v -> a + u * v + c)");
-        let arguments = index.bindings[0].arguments.iter();
-        let names: Vec<&str> = arguments
-            .map(|&place| &*index.bindings[place].name)
-            .collect();
-        assert_eq!(names, ["a", "b", "c"]);
-    }
-
-    #[test]
-    fn names_of_the_language_are_found() {
-        let text = "let a = ease.in_quad(0.5) + sin(1)";
-        let index = Index::of_text(text);
-        let target = |part: &str| {
-            let place = text.find(part).expect("a part");
-            index.at(place).map(|found| found.target.clone())
-        };
-        assert_eq!(
-            target("in_quad"),
-            Some(Target::Language("ease.in_quad".into()))
-        );
-        assert_eq!(target("sin"), Some(Target::Language("sin".into())));
-        assert_eq!(target("0.5"), None);
-    }
-
-    #[test]
-    fn members_of_modules_are_found() {
-        let text = "import \"b.imp\" as b\nlet a = b.head(size = 1) with {b.width = 2}";
-        let index = Index::of_text(text);
-        let at = |part: &str| {
-            let place = text.rfind(part).expect("a part");
-            index.at(place).map(|found| found.target.clone())
-        };
-        assert_eq!(at("head"), Some(Target::Member(0, "head".into())));
-        assert_eq!(at("width"), Some(Target::Member(0, "width".into())));
-        assert_eq!(at("b.width"), Some(Target::Own(0)));
-        let argument = Target::MemberArgument(0, "head".into(), "size".into());
-        assert_eq!(at("size"), Some(argument));
-        assert_eq!(index.imports.len(), 1);
-    }
-
-    #[test]
-    fn broken_texts_have_an_index() {
-        let text = "let a = 1\nlet b = (a +\nfn f(x = \nlet c = a";
-        let index = Index::of_text(text);
-        let found = index.at(4).expect("the name a");
-        assert!(index.places(&found.target).count() >= 2);
-    }
-}
+mod tests;

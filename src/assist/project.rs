@@ -8,8 +8,8 @@ use std::time::SystemTime;
 use rustc_hash::FxHashMap;
 
 use super::index::{Binding, Import, Index, Target};
-use super::vocabulary;
-use crate::syntax::words::{is_name, keywords};
+
+mod rename;
 
 /// The largest file that is read, in bytes.
 const LARGEST: u64 = 10_000_000;
@@ -249,65 +249,6 @@ impl Project {
         files.retain(|file| file != home);
         files
     }
-
-    /// Whether the name at a place can be changed: where it stands, or why not.
-    pub fn renamed(&mut self, path: &Path, offset: usize) -> Result<Range<usize>, String> {
-        match self.symbol(path, offset) {
-            None => Err("no name that a file defines stands here".into()),
-            Some((Symbol::Language(name), _)) => Err(format!(
-                "`{name}` belongs to the language, so it keeps its name"
-            )),
-            Some((Symbol::Bound(..), range)) => Ok(range),
-        }
-    }
-
-    /// The places to change so that the name at a place becomes `name`, or why it cannot.
-    pub fn rename(&mut self, path: &Path, offset: usize, name: &str) -> Result<Vec<Place>, String> {
-        self.renamed(path, offset)?;
-        if keywords().any(|word| word == name) {
-            return Err(format!("`{name}` is a word of the language"));
-        }
-        if !is_name(name) {
-            let what = "names are made of letters, digits and `_`, and begin with no digit";
-            return Err(format!("`{}` is not a name: {what}", shortened(name)));
-        }
-        if vocabulary::find(name).is_some() {
-            return Err(format!("`{name}` is a name of the language or its library"));
-        }
-        if let Some((Symbol::Bound(home, place), _)) = self.symbol(path, offset)
-            && let Some(file) = self.file(&home)
-            && let Some(binding) = file.index().bindings.get(place)
-            && let Some(other) = collision(file.index(), binding, name)
-        {
-            let line = file.text[..other.range.start].matches('\n').count() + 1;
-            let name_of_file = home.file_name().map(|name| name.to_string_lossy());
-            return Err(format!(
-                "`{name}` is bound already, in line {line} of {}",
-                name_of_file.unwrap_or_default()
-            ));
-        }
-        Ok(self.references(path, offset))
-    }
-}
-
-/// Another binding that would be taken for this one, or the other way round.
-fn collision<'index>(
-    index: &'index Index,
-    binding: &Binding,
-    name: &str,
-) -> Option<&'index Binding> {
-    let meets = |other: &&Binding| {
-        let apart =
-            other.scope.end <= binding.scope.start || binding.scope.end <= other.scope.start;
-        // Functions see the whole file's names before they are bound.
-        binding.is_global || other.is_global || !apart
-    };
-    let mut others = index.bindings.iter().filter(|other| &*other.name == name);
-    others.find(meets)
-}
-
-fn shortened(name: &str) -> String {
-    name.chars().take(40).collect()
 }
 
 /// Where an import leads.
@@ -351,7 +292,7 @@ fn imp_files(folder: &Path, files: &mut Vec<PathBuf>) {
 mod tests {
     use super::*;
 
-    fn project(files: &[(&str, &str)]) -> (tempfile::TempDir, Project, Vec<PathBuf>) {
+    pub(super) fn project(files: &[(&str, &str)]) -> (tempfile::TempDir, Project, Vec<PathBuf>) {
         let folder = tempfile::tempdir().expect("a folder");
         let paths = files.iter().map(|(name, text)| {
             let path = folder.path().join(name);
@@ -405,39 +346,5 @@ mod tests {
         project.close(&paths[0]);
         let found = project.definition(&paths[1], offset);
         assert_eq!(found.map(|place| place.start), Some(6));
-    }
-
-    #[test]
-    fn new_names_are_refused_with_a_reason() {
-        let text = "let one = 1\nlet two = one\nfn f(a) = a + sin(1)\n";
-        let (_folder, mut project, paths) = project(&[("main.imp", text)]);
-        let mut refused = |at: &str, name: &str| {
-            let offset = text.find(at).expect("a place");
-            project
-                .rename(&paths[0], offset, name)
-                .expect_err("a reason")
-        };
-        for (at, name, reason) in [
-            (
-                "one",
-                "two",
-                "`two` is bound already, in line 2 of main.imp",
-            ),
-            (
-                "a) =",
-                "one",
-                "`one` is bound already, in line 1 of main.imp",
-            ),
-            ("one", "let", "`let` is a word of the language"),
-            ("one", "sphere", "`sphere` is a name of the language"),
-            ("one", "1a", "`1a` is not a name"),
-            ("one", "", "`` is not a name"),
-            ("one", "a b", "`a b` is not a name"),
-            ("sin", "sine", "`sin` belongs to the language"),
-            ("let", "a", "no name that a file defines stands here"),
-        ] {
-            let given = refused(at, name);
-            assert!(given.starts_with(reason), "{given}");
-        }
     }
 }

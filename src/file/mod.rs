@@ -198,9 +198,7 @@ pub fn read_outlines(path: &Path, text: &str, size: f64) -> Result<Vec<Outline>,
         source,
     };
     let wrong = |message: String| failed(io::Error::new(io::ErrorKind::InvalidData, message));
-    if path.is_dir() {
-        return Err(wrong("it is a folder".into()));
-    }
+    check_regular(path).map_err(failed)?;
     let mut data = Vec::new();
     let file = File::open(path).map_err(failed)?;
     let mut start = file.take(LARGEST_FONT + 1);
@@ -209,6 +207,17 @@ pub fn read_outlines(path: &Path, text: &str, size: f64) -> Result<Vec<Outline>,
         return Err(wrong(format!("it has more than {LARGEST_FONT} bytes")));
     }
     font::outlines(&data, text, size).map_err(wrong)
+}
+
+/// Whether a path leads to what has an end: pipes and devices could keep a script waiting for ever.
+fn check_regular(path: &Path) -> io::Result<()> {
+    let data = std::fs::metadata(path)?;
+    let wrong = |kind, message: &str| Err(io::Error::new(kind, message));
+    match data.is_dir() {
+        true => wrong(io::ErrorKind::IsADirectory, "it is a folder"),
+        false if data.is_file() => Ok(()),
+        false => wrong(io::ErrorKind::InvalidInput, "it is not a regular file"),
+    }
 }
 
 /// Reads a field in the format that the extension names, and puts it into the graph over the
@@ -230,10 +239,7 @@ pub fn read_field(
         path: path.to_owned(),
         source,
     };
-    if path.is_dir() {
-        let message = "it is a folder";
-        return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, message)));
-    }
+    check_regular(path).map_err(failed)?;
     let mut input = BufReader::new(File::open(path).map_err(failed)?);
     read(&mut input, graph, coordinates, line_limit).map_err(|error| match error {
         ReadError::Failed(source) => failed(source),

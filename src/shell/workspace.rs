@@ -97,7 +97,7 @@ impl Host for Terminal {
 
     fn read_source(&mut self, path: &Path) -> Result<(SourceId, Arc<str>), Diagnostic> {
         self.heard.read.borrow_mut().push(path.to_path_buf());
-        let (name, text) = read(path)?;
+        let (name, text) = read_import(path)?;
         let text: Arc<str> = text.into();
         let id = self.heard.sources.borrow_mut().add(name, Arc::clone(&text));
         Ok((id, text))
@@ -262,6 +262,16 @@ pub(super) fn read(file: &Path) -> Result<(String, String), Diagnostic> {
         text.drain(..BYTE_ORDER_MARK.len_utf8());
     }
     Ok((name, text))
+}
+
+/// The same for a file that a script imports: a pipe or a device could keep it waiting for ever.
+pub(super) fn read_import(file: &Path) -> Result<(String, String), Diagnostic> {
+    let is_special = std::fs::metadata(file).is_ok_and(|data| !data.is_file() && !data.is_dir());
+    if is_special {
+        let message = format!("`{}` is not a regular file", source_name(file));
+        return Err(Diagnostic::error(Code::CannotRead, message));
+    }
+    read(file)
 }
 
 /// The name and the whole text of a file; `-` is standard input.

@@ -211,6 +211,12 @@ fn signatures_show_the_argument_that_is_being_written() {
     assert_eq!(signature["label"], "twice(value, times = 2)");
     assert_eq!(found["activeParameter"], 1);
     assert_eq!(signature["parameters"][1]["label"], json!([13, 22]));
+    // What comes through a pipe is the first argument.
+    let piped = format!("{SCENE}let q = 3 |> twice(");
+    client.change(URI, 2, json!([{ "text": piped }]));
+    let found = client.request("textDocument/signatureHelp", at(URI, &piped, "> twice(", 8));
+    assert_eq!(found["activeParameter"], 1);
+    client.change(URI, 3, json!([{ "text": text }]));
     let found = client.request("textDocument/signatureHelp", at(URI, &text, "let side", 2));
     assert_eq!(found, Json::Null);
     assert_eq!(client.finish(), 0);
@@ -352,4 +358,52 @@ fn strings_that_are_completed_are_those_that_functions_take() {
         known.sort_unstable();
         assert_eq!(named, known, "{message}");
     }
+}
+
+#[test]
+fn many_edits_of_one_message_follow_each_other() {
+    let mut client = Client::ready();
+    client.open(URI, "let a = 1\n");
+    let start = json!({ "line": 0, "character": 0 });
+    let mut changes = Vec::new();
+    for number in 0..1_000 {
+        // A line at the beginning, and another end for what has become the second.
+        let new = format!("let a_{number} = {number}\r\n");
+        changes.push(json!({ "range": { "start": start, "end": start }, "text": new }));
+        let end = json!({ "line": 1, "character": 99 });
+        changes.push(json!({ "range": { "start": end, "end": end }, "text": " + 1" }));
+    }
+    let place = json!({ "line": 1_000, "character": 4 });
+    let end = json!({ "line": 1_000, "character": 5 });
+    changes.push(json!({ "range": { "start": place, "end": end }, "text": "last" }));
+    client.change(URI, 2, json!(changes));
+    let asked = json!({ "textDocument": { "uri": URI }, "position": place });
+    let found = client.request("textDocument/hover", asked);
+    let shown = found["contents"]["value"].as_str().expect("a text");
+    assert!(shown.contains("let last = 1 + 1\n"), "{shown}");
+    assert_eq!(client.diagnostics(URI, 2), Vec::<Json>::new());
+    assert_eq!(client.finish(), 0);
+}
+
+#[test]
+fn completions_replace_what_is_there() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("part.imp"), "let a = 1\n").expect("a file");
+    let address = uri(&folder.path().join("main.imp"));
+    let text = "import \"pa.imp\" as p\nfn twice(times) = times\nlet b = twice(ti = 2)\n";
+    let mut client = Client::ready();
+    client.open(&address, text);
+    let mut asked = |part: &str, delta: usize, label: &str| {
+        let found = client.request("textDocument/completion", at(&address, text, part, delta));
+        let items = found["items"].as_array().expect("items").clone();
+        let item = items.into_iter().find(|item| item["label"] == label);
+        item.expect("the completion")["textEdit"].clone()
+    };
+    let edit = asked("pa.imp", 2, "part.imp");
+    assert_eq!(edit["range"]["start"], position(text, "pa.imp", 0));
+    assert_eq!(edit["range"]["end"], position(text, "pa.imp", 6));
+    assert_eq!(edit["newText"], "part.imp");
+    // The sign of a named argument is not written twice.
+    assert_eq!(asked("ti = 2", 2, "times")["newText"], "times");
+    assert_eq!(client.finish(), 0);
 }

@@ -107,6 +107,17 @@ class Conversation {
   }
 }
 
+test('the line behind an open bracket is indented', () => {
+  const { indentationRules } = JSON.parse(read('language-configuration.json'));
+  const pattern = new RegExp(indentationRules.increaseIndentPattern);
+  for (const line of ['test "a" {', 'print("#", [  # b', 'let s = "\\" {" + f(']) {
+    assert.ok(pattern.test(line), line);
+  }
+  for (const line of ['let a = 1', 'test "{"', '# {', 'print("a {"']) {
+    assert.ok(!pattern.test(line), line);
+  }
+});
+
 test(
   'the language server starts, answers and ends',
   { skip: process.env.IMP ? false : 'IMP names no program', timeout: 30_000 },

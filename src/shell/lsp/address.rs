@@ -10,6 +10,15 @@ use crate::assist::project::plain;
 /// The path of a file. An address that is none of a file stands for itself, so that a text which
 /// has not been saved yet has a path too.
 pub(super) fn path(uri: &Uri) -> PathBuf {
+    let written = written_path(uri);
+    match uri.as_str().starts_with("file://") {
+        true => plain(&written),
+        false => written,
+    }
+}
+
+/// The same path with its symbolic links.
+pub(super) fn written_path(uri: &Uri) -> PathBuf {
     let text = uri.as_str();
     let Some(rest) = text.strip_prefix("file://") else {
         return PathBuf::from(text);
@@ -22,7 +31,7 @@ pub(super) fn path(uri: &Uri) -> PathBuf {
         true => decoded[1..].to_owned(),
         false => decoded,
     };
-    plain(Path::new(&decoded))
+    PathBuf::from(decoded)
 }
 
 /// The address of a file.

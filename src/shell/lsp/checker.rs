@@ -248,7 +248,7 @@ impl Host for Editor {
         let (name, text) = match self.texts.get(&plain(path)) {
             Some(text) => (path.display().to_string(), Arc::clone(text)),
             None => {
-                let (name, text) = crate::shell::workspace::read(path)?;
+                let (name, text) = crate::shell::workspace::read_import(path)?;
                 (name, text.into())
             }
         };

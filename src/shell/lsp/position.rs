@@ -62,13 +62,25 @@ pub(super) struct Lines {
 impl Lines {
     /// Finds the lines of a text; they end with `\n`, `\r\n` or `\r`.
     pub(super) fn new(text: &str, encoding: Encoding) -> Lines {
-        let bytes = text.as_bytes();
-        let ends = bytes.iter().enumerate().filter(|&(place, &byte)| {
-            byte == b'\n' || (byte == b'\r' && bytes.get(place + 1) != Some(&b'\n'))
-        });
-        let starts = std::iter::once(0).chain(ends.map(|(place, _)| place + 1));
+        let starts = std::iter::once(0).chain(starts(text, 0..text.len()));
         let starts = starts.collect();
         Lines { starts, encoding }
+    }
+
+    /// Puts something else in the place of some bytes of the text. Only the new bytes are looked
+    /// through; what is behind them is moved.
+    pub(super) fn replace(&mut self, text: &mut String, bytes: Range<usize>, new: &str) {
+        let Range { start, end } = bytes;
+        text.replace_range(bytes, new);
+        // The last byte before may be the first half of an end of a line.
+        let before = start.saturating_sub(1);
+        let first = self.starts.partition_point(|&line| line <= before);
+        let after = self.starts.partition_point(|&line| line <= end);
+        for line in &mut self.starts[after..] {
+            *line = *line - end + start + new.len();
+        }
+        let found = starts(text, before..start + new.len());
+        self.starts.splice(first..after, found);
     }
 
     /// The byte at a position of the text; one behind the end of a line is its end, one behind the
@@ -115,9 +127,37 @@ impl Lines {
     }
 }
 
+/// The beginnings of lines behind the ends of lines among some bytes.
+fn starts(text: &str, among: Range<usize>) -> impl Iterator<Item = usize> {
+    let bytes = text.as_bytes();
+    let is_end = move |&place: &usize| match bytes.get(place) {
+        Some(b'\n') => true,
+        Some(b'\r') => bytes.get(place + 1) != Some(&b'\n'),
+        _ => false,
+    };
+    among.filter(is_end).map(|place| place + 1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lines_follow_the_edits() {
+        let pieces = ["", "a", "\n", "\r", "\r\n", "a\rb", "\n\r"];
+        let old = "a\r\nb\n\rc\r\r\n";
+        for start in 0..=old.len() {
+            for end in start..=old.len() {
+                for new in pieces {
+                    let mut text = old.to_owned();
+                    let mut lines = Lines::new(&text, Encoding::Utf8);
+                    lines.replace(&mut text, start..end, new);
+                    let expected = Lines::new(&text, Encoding::Utf8).starts;
+                    assert_eq!(lines.starts, expected, "{start}..{end} {new:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn positions_count_units_of_the_encoding() {

@@ -88,6 +88,9 @@ pub(super) struct Server<W> {
     pub(super) encoding: Encoding,
     pub(super) project: Project,
     pub(super) documents: FxHashMap<PathBuf, Document>,
+    /// The paths of the open texts by the addresses under which they were opened: what a path leads
+    /// to may change meanwhile.
+    addresses: FxHashMap<String, PathBuf>,
     serial: i64,
 }
 
@@ -102,6 +105,7 @@ impl<W: Write> Server<W> {
             encoding: Encoding::default(),
             project: Project::default(),
             documents: FxHashMap::default(),
+            addresses: FxHashMap::default(),
             serial: 0,
         }
     }
@@ -244,8 +248,21 @@ impl<W: Write> Server<W> {
         self.write(&json!({ "jsonrpc": "2.0", "method": method, "params": params }))
     }
 
+    /// The path of a text that is being opened; one that is open under another address already
+    /// keeps its path.
+    fn new_path(&self, uri: &Uri) -> PathBuf {
+        if let Some(path) = self.addresses.get(uri.as_str()) {
+            return path.clone();
+        }
+        let paths = [address::path(uri), address::written_path(uri)];
+        let mut paths = paths.into_iter();
+        let free = paths.find(|path| !self.documents.contains_key(path));
+        free.unwrap_or_else(|| PathBuf::from(uri.as_str()))
+    }
+
     fn open(&mut self, uri: Uri, version: i32, text: Arc<str>) {
-        let path = address::path(&uri);
+        let path = self.new_path(&uri);
+        self.addresses.insert(uri.as_str().to_owned(), path.clone());
         let document = Document {
             uri,
             lines: Lines::new(&text, self.encoding),
@@ -267,23 +284,25 @@ impl<W: Write> Server<W> {
         version: i32,
         changes: Vec<TextDocumentContentChangeEvent>,
     ) -> Result<(), String> {
-        let path = address::path(uri);
+        let path = self.addresses.get(uri.as_str()).cloned();
+        let path = path.ok_or_else(|| format!("{} is not open", uri.as_str()))?;
         let Some(document) = self.documents.get_mut(&path) else {
             return Err(format!("{} is not open", uri.as_str()));
         };
+        let mut text = String::from(&*document.text);
         for change in changes {
-            let text: Arc<str> = match change.range {
-                None => change.text.into(),
-                Some(range) => {
-                    let bytes = document.lines.bytes(&document.text, range);
-                    let (before, after) =
-                        (&document.text[..bytes.start], &document.text[bytes.end..]);
-                    [before, &change.text, after].concat().into()
+            match change.range {
+                None => {
+                    text = change.text;
+                    document.lines = Lines::new(&text, self.encoding);
                 }
-            };
-            document.lines = Lines::new(&text, self.encoding);
-            document.text = text;
+                Some(range) => {
+                    let bytes = document.lines.bytes(&text, range);
+                    document.lines.replace(&mut text, bytes, &change.text);
+                }
+            }
         }
+        document.text = text.into();
         document.version = version;
         let text = Arc::clone(&document.text);
         self.project.open(path.clone(), text);
@@ -299,10 +318,10 @@ impl<W: Write> Server<W> {
     }
 
     fn close(&mut self, uri: Uri) -> io::Result<()> {
-        let path = address::path(&uri);
-        if self.documents.remove(&path).is_none() {
+        let Some(path) = self.addresses.remove(uri.as_str()) else {
             return self.complain(&format!("{} is not open", uri.as_str()));
-        }
+        };
+        self.documents.remove(&path);
         self.project.close(&path);
         self.checker.forget(&path);
         self.check_all();
@@ -363,9 +382,10 @@ impl<W: Write> Server<W> {
 
     /// The text at an address, with its path.
     pub(super) fn document(&self, uri: &Uri) -> Result<(PathBuf, &Document), Failure> {
-        let path = address::path(uri);
-        match self.documents.get(&path) {
-            Some(document) => Ok((path, document)),
+        let path = self.addresses.get(uri.as_str());
+        let found = path.and_then(|path| Some((path, self.documents.get(path)?)));
+        match found {
+            Some((path, document)) => Ok((path.clone(), document)),
             None => Err(Failure::new(
                 ErrorCode::InvalidParams,
                 format!("{} is not open", uri.as_str()),
