@@ -3,7 +3,7 @@
 use super::surfaces::field_argument;
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::{CompiledField, Extent, Field, extent};
+use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
 use crate::geometry::Bounds;
 use crate::graph::{Interval, Op};
 use crate::language::function::At;
@@ -19,7 +19,7 @@ pub(super) const TABLE: &[Builtin] = &[action(
         let compiled = field
             .compiled(&mut session.graph, session.parameters.values())
             .at(arguments.place("f"), "this field")?;
-        let sides = sides(&compiled, arguments)?;
+        let sides = sides(&compiled, arguments, &session.monitor())?;
         Ok(Value::list(
             sides.into_iter().map(Value::Interval).collect(),
         ))
@@ -35,10 +35,11 @@ pub(super) fn found_bounds(
     field: &CompiledField,
     iso: f64,
     arguments: &Arguments,
+    monitor: &dyn Monitor,
 ) -> Outcome<Bounds> {
     let sides = match iso == 0.0 {
-        true => sides(field, arguments)?,
-        false => sides(&minus(field, iso), arguments)?,
+        true => sides(field, arguments, monitor)?,
+        false => sides(&minus(field, iso), arguments, monitor)?,
     };
     let lengths = sides.iter().map(|side| side.high - side.low);
     let longest = lengths.fold(SMALLEST, f64::max);
@@ -78,8 +79,16 @@ fn minus(field: &CompiledField, number: f64) -> CompiledField {
 }
 
 /// The proven sides.
-fn sides(field: &CompiledField, arguments: &Arguments) -> Outcome<Vec<Interval>> {
-    match extent(field) {
+fn sides(
+    field: &CompiledField,
+    arguments: &Arguments,
+    monitor: &dyn Monitor,
+) -> Outcome<Vec<Interval>> {
+    let Some(extent) = extent(field, monitor) else {
+        let message = "the search for a box was cancelled";
+        return Err(failure(Code::Cancelled, message).at(arguments.place("f"), "of this field"));
+    };
+    match extent {
         Extent::Within(sides) => Ok(sides),
         Extent::Empty => {
             let message = "the field has no zero anywhere, which was proven by intervals";
