@@ -169,6 +169,12 @@ fn a_watched_script_runs_again_when_one_of_its_files_is_saved() {
     fs::remove_file(&main).unwrap();
     fs::write(&main, "print(333)\n").unwrap();
     wait_for("333");
+    // A run that never ends is stopped by the next save.
+    wait_for("done");
+    fs::write(&main, "print(\"begun\")\nwhile true { let x = 1 }\n").unwrap();
+    wait_for("begun");
+    fs::write(&main, "print(4444)\n").unwrap();
+    wait_for("4444");
     let pid = child.id().to_string();
     let killed = std::process::Command::new("kill")
         .args(["-INT", &pid])

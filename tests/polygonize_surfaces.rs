@@ -606,3 +606,22 @@ fn a_cancelled_run_ends() {
     let result = surface(&sphere(), &Options::new(cube(3, -1.3, 1.3)), &Impatient);
     assert_eq!(result, Err(PolygonizeError::Cancelled));
 }
+
+#[test]
+fn a_monitor_is_asked_every_few_thousand_points() {
+    struct Counting(std::sync::atomic::AtomicUsize);
+    impl Monitor for Counting {
+        fn progress(&self, _phase: &str, _fraction: f64) {}
+
+        fn cancelled(&self) -> bool {
+            self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            false
+        }
+    }
+    let counting = Counting(Default::default());
+    let mut options = Options::new(cube(3, -1.3, 1.3));
+    options.cell = Some(0.02);
+    let (_, statistics) = surface(&sphere(), &options, &counting).unwrap();
+    let asked = counting.0.into_inner();
+    assert!(asked > statistics.evaluations / 4096, "{asked} times");
+}

@@ -186,7 +186,7 @@ impl Excerpts {
             .map(|(id, spans)| {
                 let excerpt = Excerpt::new(&sources.get(id).text, &spans);
                 let source = ariadne::Source::from(excerpt.text.clone())
-                    .with_display_line_offset(excerpt.line_offset);
+                    .with_display_line_offset(excerpt.line_offset + sources.get(id).lines_before);
                 (id, (excerpt, source))
             })
             .collect();

@@ -56,6 +56,8 @@ pub struct Source {
     pub name: String,
     /// The whole text, valid UTF-8, at most 4 GiB.
     pub text: Arc<str>,
+    /// How many lines of the same input came before it.
+    pub lines_before: usize,
 }
 
 /// All texts of one session, by [`SourceId`].
@@ -67,9 +69,20 @@ pub struct Sources {
 impl Sources {
     /// Keeps a text and gives its id.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<Arc<str>>) -> SourceId {
+        self.add_part(name, text, 0)
+    }
+
+    /// Keeps a part of a text, before which there are so many lines, and gives its id.
+    pub fn add_part(
+        &mut self,
+        name: impl Into<String>,
+        text: impl Into<Arc<str>>,
+        lines_before: usize,
+    ) -> SourceId {
         self.all.push(Source {
             name: name.into(),
             text: text.into(),
+            lines_before,
         });
         SourceId(self.all.len() as u32 - 1)
     }
@@ -96,13 +109,15 @@ impl Sources {
 
     /// Line and column of a byte, both counted from 1, the column in characters.
     pub fn position(&self, source: SourceId, byte: u32) -> (usize, usize) {
-        let text = &self.get(source).text;
+        let Source {
+            text, lines_before, ..
+        } = self.get(source);
         let mut end = (byte as usize).min(text.len());
         while !text.is_char_boundary(end) {
             end -= 1;
         }
         let line_start = text[..end].rfind('\n').map_or(0, |at| at + 1);
-        let line = text[..end].matches('\n').count() + 1;
+        let line = text[..end].matches('\n').count() + 1 + lines_before;
         (line, text[line_start..end].chars().count() + 1)
     }
 }

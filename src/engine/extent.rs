@@ -9,7 +9,7 @@
 //! A zero is a point where the exact F is 0. F must be continuous for what is said of signs; a jump
 //! counts as a zero there.
 
-use super::{CompiledField, Field};
+use super::{CompiledField, Field, Monitor};
 use crate::graph::interval::Enclosure;
 use crate::graph::projective::projective;
 use crate::graph::{Graph, Interval, NodeId};
@@ -50,30 +50,45 @@ const FINENESS: f64 = 1.0 / 128.0;
 const BATCH: usize = 64;
 
 /// Finds a box for the zero set of F at its present q. Costs at most some hundred thousand
-/// enclosures of F, for most fields a few thousand.
-pub fn extent(field: &CompiledField) -> Extent {
+/// enclosures of F, for most fields a few thousand. `None` where the monitor wants an end; it is
+/// asked before every few dozen enclosures.
+pub fn extent(field: &CompiledField, monitor: &dyn Monitor) -> Option<Extent> {
     let dimension = field.dimension();
     if dimension == 0 {
-        return Extent::Unknown { reach: 0.0 };
+        return Some(Extent::Unknown { reach: 0.0 });
     }
     let parts: Vec<Part> = (0..dimension)
         .flat_map(|axis| [(axis, -1.0), (axis, 1.0)])
-        .map(|(axis, sign)| Part::new(field, axis, sign))
-        .collect();
+        .map(|(axis, sign)| {
+            go_on(monitor)?;
+            Some(Part::new(field, axis, sign))
+        })
+        .collect::<Option<_>>()?;
     if dimension > 1 && signs_at_infinity(&parts) == [true, true] {
-        return Extent::Unbounded;
+        return Some(Extent::Unbounded);
     }
     for exponent in CUBES {
         let half = power_of_four(exponent);
-        if parts.iter().all(|part| part.is_empty_beyond(field, half)) {
-            return within(field, half);
+        let mut is_empty = true;
+        for part in &parts {
+            is_empty = is_empty && part.is_empty_beyond(field, half, monitor)?;
+        }
+        if is_empty {
+            return within(field, half, monitor);
         }
     }
-    let distances = CUBES.rev().map(power_of_four);
-    let mut reaches = distances.filter(|&distance| has_both_signs(field, distance));
-    Extent::Unknown {
-        reach: reaches.next().unwrap_or(0.0),
+    for distance in CUBES.rev().map(power_of_four) {
+        go_on(monitor)?;
+        if has_both_signs(field, distance) {
+            return Some(Extent::Unknown { reach: distance });
+        }
     }
+    Some(Extent::Unknown { reach: 0.0 })
+}
+
+/// `None` where the monitor wants an end.
+fn go_on(monitor: &dyn Monitor) -> Option<()> {
+    (!monitor.cancelled()).then_some(())
 }
 
 /// 4ⁿ for an n that is not large.
@@ -118,7 +133,12 @@ impl Part {
     }
 
     /// Whether F is proven to have no zero beyond the face of the cube of this half side.
-    fn is_empty_beyond(&self, field: &CompiledField, half: f64) -> bool {
+    fn is_empty_beyond(
+        &self,
+        field: &CompiledField,
+        half: f64,
+        monitor: &dyn Monitor,
+    ) -> Option<bool> {
         let dimension = field.dimension();
         let mut beyond = [Interval::ENTIRE; 3];
         beyond[self.axis] = match self.sign > 0.0 {
@@ -127,12 +147,13 @@ impl Part {
         };
         let mut near = [Interval::new(-1.0, 1.0); 3];
         near[0] = Interval::new(0.0, 1.0 / half);
-        is_empty(field, &beyond[..dimension]) || is_empty(&self.projective, &near[..dimension])
+        let is_proven = is_empty(field, &beyond[..dimension], monitor)?;
+        Some(is_proven || is_empty(&self.projective, &near[..dimension], monitor)?)
     }
 }
 
 /// Whether the function is proven to have no zero in a box, which may be unbounded.
-fn is_empty(field: &CompiledField, sides: &[Interval]) -> bool {
+fn is_empty(field: &CompiledField, sides: &[Interval], monitor: &dyn Monitor) -> Option<bool> {
     let dimension = sides.len();
     let whole: [Interval; 3] = std::array::from_fn(|axis| {
         let side = sides.get(axis);
@@ -141,15 +162,16 @@ fn is_empty(field: &CompiledField, sides: &[Interval]) -> bool {
     let mut open = vec![whole];
     let mut enclosed = 0;
     while !open.is_empty() {
+        go_on(monitor)?;
         let batch = open.split_off(open.len().saturating_sub(BATCH));
         enclosed += batch.len();
         if enclosed > PART_BUDGET {
-            return false;
+            return Some(false);
         }
         for cell in undecided(field, Form::Natural, dimension, &batch) {
             let axis = widest(&cell, &whole, dimension);
             let Some(halves) = halves(cell[axis]) else {
-                return false;
+                return Some(false);
             };
             for half in halves {
                 let mut child = cell;
@@ -158,7 +180,7 @@ fn is_empty(field: &CompiledField, sides: &[Interval]) -> bool {
             }
         }
     }
-    true
+    Some(true)
 }
 
 /// How boxes are enclosed.
@@ -290,7 +312,7 @@ fn has_both_signs(field: &CompiledField, half: f64) -> bool {
 }
 
 /// The box within the cube of this half side, outside of which F has no zero.
-fn within(field: &CompiledField, half: f64) -> Extent {
+fn within(field: &CompiledField, half: f64, monitor: &dyn Monitor) -> Option<Extent> {
     let dimension = field.dimension();
     let mut sides = [Interval::point(0.0); 3];
     sides[..dimension].fill(Interval::new(-half, half));
@@ -299,8 +321,8 @@ fn within(field: &CompiledField, half: f64) -> Extent {
         let before = sides;
         for axis in 0..dimension {
             for sign in [-1.0, 1.0] {
-                match moved(field, &sides, dimension, (axis, sign)) {
-                    None => return Extent::Empty,
+                match moved(field, &sides, dimension, (axis, sign), monitor)? {
+                    None => return Some(Extent::Empty),
                     Some(end) if sign < 0.0 => sides[axis].low = end,
                     Some(end) => sides[axis].high = end,
                 }
@@ -308,7 +330,7 @@ fn within(field: &CompiledField, half: f64) -> Extent {
         }
         let is_much_smaller = |axis: usize| part(sides[axis], before[axis]) < 0.7;
         if !(0..dimension).any(is_much_smaller) {
-            return Extent::Within(sides[..dimension].to_vec());
+            return Some(Extent::Within(sides[..dimension].to_vec()));
         }
     }
 }
@@ -341,13 +363,14 @@ impl PartialEq for Candidate {
 
 /// Where a face of the box can be moved to, with no zero left outside; none if there is no zero in
 /// the box. Boxes are divided from the face inward, so that only those near the outermost zeros
-/// are.
+/// are. `None` outside where the monitor wants an end.
 fn moved(
     field: &CompiledField,
     sides: &[Interval; 3],
     dimension: usize,
     (axis, sign): (usize, f64),
-) -> Option<f64> {
+    monitor: &dyn Monitor,
+) -> Option<Option<f64>> {
     let reach = |cell: &[Interval; 3]| match sign > 0.0 {
         true => cell[axis].high,
         false => -cell[axis].low,
@@ -362,8 +385,9 @@ fn moved(
     let mut enclosed = 0;
     while let Some(first) = open.peek() {
         if enclosed > FACE_BUDGET || (enclosed > 0 && is_fine(&first.sides)) {
-            return Some(sign * first.reach);
+            return Some(Some(sign * first.reach));
         }
+        go_on(monitor)?;
         let mut batch = Vec::with_capacity(BATCH);
         while batch.len() < BATCH / 2
             && let Some(cell) = open.pop()
@@ -385,7 +409,7 @@ fn moved(
             }
         }
         if batch.is_empty() {
-            return open.peek().map(|first| sign * first.reach);
+            return Some(open.peek().map(|first| sign * first.reach));
         }
         enclosed += batch.len();
         for cell in undecided(field, Form::MeanValue, dimension, &batch) {
@@ -395,5 +419,5 @@ fn moved(
             });
         }
     }
-    None
+    Some(None)
 }

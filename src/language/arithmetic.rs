@@ -470,6 +470,7 @@ pub fn matrix_product(graph: &mut Tracer, left: &Value, right: &Value) -> Outcom
     }
 }
 
-fn is_matrix(value: &Value) -> bool {
+/// Whether a value is a list of lists.
+pub fn is_matrix(value: &Value) -> bool {
     matches!(value, Value::List(rows) if matches!(rows.first(), Some(Value::List(_))))
 }

@@ -408,7 +408,7 @@ impl Session {
 }
 
 /// The names that a statement binds.
-fn names_of(statement: &Statement) -> Vec<Arc<str>> {
+pub fn names_of(statement: &Statement) -> Vec<Arc<str>> {
     let names = defined_names(statement).into_iter();
     names.map(|name| Arc::clone(&name.text)).collect()
 }

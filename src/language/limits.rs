@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::function::At;
 use super::session::Session;
-use super::value::{Outcome, failure};
+use super::value::{Outcome, Value, failure};
 use crate::diagnostic::{Code, Span};
 use crate::engine::Monitor;
 
@@ -60,6 +60,19 @@ limits! {
     bytes: 10_000_000_000,
 }
 
+/// After as much work as so many expressions take the clock is looked at.
+const WORK_PER_LOOK: u64 = 1 << 12;
+
+/// How much work it may be to do something with a value, in expressions: as much as it has
+/// elements, and of fields and functions nobody knows how much.
+pub(super) fn weight(value: &Value) -> u64 {
+    match value {
+        Value::List(list) => list.leaves(),
+        Value::Field(_) | Value::Function(_) => WORK_PER_LOOK,
+        _ => 0,
+    }
+}
+
 /// Someone who watches long work, with the time at which it has to end.
 pub(super) struct Deadline<'a> {
     monitor: &'a dyn Monitor,
@@ -93,6 +106,18 @@ impl Session {
     /// Who watches long work: the host, and the clock.
     pub(super) fn monitor(&self) -> Deadline<'_> {
         Deadline::new(self.host.monitor(), self.deadline)
+    }
+
+    /// Counts work, in expressions; now and then it looks at the clock, and fails where the time is
+    /// over.
+    #[inline]
+    pub(super) fn count_work(&mut self, amount: u64, span: Span) -> Outcome<()> {
+        self.unseen_work = self.unseen_work.saturating_add(amount);
+        if self.unseen_work < WORK_PER_LOOK {
+            return Ok(());
+        }
+        self.unseen_work = 0;
+        self.check_time(span)
     }
 
     /// Fails where the time is over, or whoever watches wants an end.

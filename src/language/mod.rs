@@ -33,7 +33,7 @@ pub mod unit;
 pub mod value;
 
 pub use field::FieldValue;
-pub use interactive::{Entered, Input, Snapshot};
+pub use interactive::{Entered, Input, Snapshot, names_of};
 pub use limits::Limits;
 pub use session::{Host, Mode, Session, Spent};
 pub use value::{Outcome, Value};

@@ -107,8 +107,8 @@ pub struct Session {
     pub(super) branch: Option<Branch>,
     pub(super) depth: u64,
     pub(super) steps: u64,
-    /// Expressions that have been evaluated, for looking at the clock now and then.
-    pub(super) ticks: u32,
+    /// Work that was done since the last look at the clock, in expressions.
+    pub(super) unseen_work: u64,
     /// The last comparison of plain values that did not hold, for assertions to tell.
     pub(super) failed_comparison: Option<(Span, Value, Value)>,
     /// When the session was made.
@@ -195,7 +195,7 @@ impl Session {
             branch: None,
             depth: 0,
             steps: 0,
-            ticks: 0,
+            unseen_work: 0,
             failed_comparison: None,
             begun: Instant::now(),
             deadline: None,

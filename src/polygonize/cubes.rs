@@ -28,7 +28,7 @@ pub(super) fn march(
     monitor: &dyn Monitor,
 ) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
     let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
-        Slab::new(grid).march(field, accuracy, cells)
+        Slab::new(grid).march(field, accuracy, cells, monitor)
     })?;
     join(pieces)
 }
@@ -106,8 +106,14 @@ impl<'a> Slab<'a> {
     }
 
     /// Marches through the layers of cells of the slab.
-    fn march(mut self, field: &dyn Field, accuracy: Accuracy, cells: Range<usize>) -> Piece {
-        let mut sweep = Sweep::new(field, accuracy.iso, self.grid);
+    fn march(
+        mut self,
+        field: &dyn Field,
+        accuracy: Accuracy,
+        cells: Range<usize>,
+        monitor: &dyn Monitor,
+    ) -> Piece {
+        let mut sweep = Sweep::new(field, accuracy.iso, self.grid, monitor);
         let plane = |sweep: &Sweep| {
             let layer = sweep.layer();
             let vertices = [vec![0; layer.inside.len()], vec![0; layer.inside.len()]];
@@ -122,6 +128,9 @@ impl<'a> Slab<'a> {
         self.number_plane(&sweep, &mut lower, cells.start);
         let mut own_vertices = self.edges.len();
         for index in cells.clone() {
+            if monitor.cancelled() {
+                break;
+            }
             let above = sweep.evaluate(index + 1, &mut upper.layer);
             evaluations += above.points();
             self.number_between(&sweep, [&lower.layer, &upper.layer], index, &mut between);
@@ -137,7 +146,7 @@ impl<'a> Slab<'a> {
         }
         self.edges.truncate(own_vertices);
         self.caps.retain(|&(vertex, _)| vertex < own_vertices);
-        self.finish(field, accuracy, seen, evaluations)
+        self.finish(field, accuracy, (seen, evaluations), monitor)
     }
 
     /// Finds the roots on the crossed edges.
@@ -145,10 +154,10 @@ impl<'a> Slab<'a> {
         self,
         field: &dyn Field,
         accuracy: Accuracy,
-        seen: Seen,
-        evaluations: usize,
+        (seen, evaluations): (Seen, usize),
+        monitor: &dyn Monitor,
     ) -> Piece {
-        let (mut roots, more) = edge_roots::solve(field, accuracy, &self.edges);
+        let (mut roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
         for (vertex, normal) in self.caps {
             roots[vertex].normal = normal;
         }

@@ -15,7 +15,7 @@
 
 use glam::DVec3;
 
-use crate::engine::Field;
+use crate::engine::{Field, Monitor};
 
 /// How many edges are solved together. The columns of a batch fit the first-level cache.
 const BATCH: usize = 512;
@@ -87,8 +87,13 @@ impl Root {
 /// A root that is at an end of its edge to the accuracy is at that end exactly, so that the roots
 /// on all edges that meet there coincide. An edge of no length is its own root, without a normal,
 /// and F is not asked there. The result does not depend on what other edges are solved in the
-/// same call.
-pub(super) fn solve(field: &dyn Field, accuracy: Accuracy, edges: &[Edge]) -> (Vec<Root>, usize) {
+/// same call. Once the monitor wants an end, the roots that are left stay where they were.
+pub(super) fn solve(
+    field: &dyn Field,
+    accuracy: Accuracy,
+    edges: &[Edge],
+    monitor: &dyn Monitor,
+) -> (Vec<Root>, usize) {
     let at_start = |edge: &Edge| Root {
         position: edge.inside,
         ..Root::default()
@@ -108,7 +113,7 @@ pub(super) fn solve(field: &dyn Field, accuracy: Accuracy, edges: &[Edge]) -> (V
                 .take(free)
                 .map(|(index, edge)| Search::new(index, edge)),
         );
-        if searches.is_empty() {
+        if searches.is_empty() || monitor.cancelled() {
             return (roots, evaluations);
         }
         evaluations += searches.len();

@@ -22,7 +22,8 @@ const BATCH: usize = 2048;
 ///
 /// # Errors
 ///
-/// `Cancelled` if the monitor says so before the last slab is begun.
+/// `Cancelled` if the monitor says so before the last slab is done: what `work` gives then is
+/// thrown away, so it may break off.
 pub(super) fn for_each_slab<Piece: Send>(
     grid: &Grid,
     phase: &str,
@@ -39,6 +40,9 @@ pub(super) fn for_each_slab<Piece: Send>(
                 return Err(PolygonizeError::Cancelled);
             }
             let piece = work(slab.clone());
+            if monitor.cancelled() {
+                return Err(PolygonizeError::Cancelled);
+            }
             let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
             monitor.progress(phase, done as f64 / slabs.len() as f64);
             Ok(piece)
@@ -202,6 +206,7 @@ pub(super) struct Sweep<'a> {
     field: &'a dyn Field,
     iso: f64,
     grid: &'a Grid,
+    monitor: &'a dyn Monitor,
     /// The coordinates of a batch of points. Those along the first axis are always the same.
     columns: Vec<Vec<f64>>,
     /// Points of a row (along the first axis) that are not ghosts.
@@ -212,7 +217,12 @@ pub(super) struct Sweep<'a> {
 
 impl<'a> Sweep<'a> {
     /// A sweep over the grid, nothing evaluated yet.
-    pub(super) fn new(field: &'a dyn Field, iso: f64, grid: &'a Grid) -> Self {
+    pub(super) fn new(
+        field: &'a dyn Field,
+        iso: f64,
+        grid: &'a Grid,
+        monitor: &'a dyn Monitor,
+    ) -> Self {
         let first = grid.real_coordinates(0);
         let rows = match grid.coordinates.len() {
             3 => grid.real_coordinates(1).len(),
@@ -228,6 +238,7 @@ impl<'a> Sweep<'a> {
             field,
             iso,
             grid,
+            monitor,
             columns,
             row,
             rows,
@@ -243,7 +254,8 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    /// Evaluates F on the layer with this index along the last axis.
+    /// Evaluates F on the layer with this index along the last axis; nothing more of it once the
+    /// monitor wants an end.
     pub(super) fn evaluate(&mut self, index: usize, layer: &mut Layer) -> Seen {
         let last = self.grid.coordinates.len() - 1;
         if self.grid.is_ghost(last, index) {
@@ -254,6 +266,9 @@ impl<'a> Sweep<'a> {
         self.columns[last].fill(self.grid.coordinates[last][index]);
         let batch = self.columns[0].len();
         for (number, values) in layer.values.chunks_mut(batch).enumerate() {
+            if self.monitor.cancelled() {
+                break;
+            }
             if last == 2 {
                 let rows = &self.grid.real_coordinates(1)[number * batch / self.row..];
                 for (y, row) in rows.iter().zip(self.columns[1].chunks_mut(self.row)) {

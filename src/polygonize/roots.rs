@@ -21,7 +21,7 @@ pub(super) fn find(
 ) -> Result<(Vec<f64>, Seen, Statistics), PolygonizeError> {
     let points = &grid.coordinates[0];
     let pieces = for_each_slab(grid, "finding roots", monitor, |cells| {
-        find_piece(field, accuracy, points, cells)
+        find_piece(field, accuracy, points, cells, monitor)
     })?;
 
     let mut found = Vec::new();
@@ -52,6 +52,7 @@ fn find_piece(
     accuracy: Accuracy,
     points: &[f64],
     cells: Range<usize>,
+    monitor: &dyn Monitor,
 ) -> (Vec<Root>, Seen, usize) {
     let last = cells.end + 1 == points.len();
     let points = &points[cells.start..=cells.end];
@@ -80,6 +81,6 @@ fn find_piece(
             }
         }
     }
-    let (roots, more) = edge_roots::solve(field, accuracy, &edges);
+    let (roots, more) = edge_roots::solve(field, accuracy, &edges, monitor);
     (roots, Seen::of_values(&values[..own]), points.len() + more)
 }

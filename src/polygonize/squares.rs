@@ -25,7 +25,7 @@ pub(super) fn march(
     monitor: &dyn Monitor,
 ) -> Result<(Curves, Seen, Statistics), PolygonizeError> {
     let pieces = for_each_slab(grid, "marching squares", monitor, |cells| {
-        Slab::new(grid).march(field, accuracy, cells)
+        Slab::new(grid).march(field, accuracy, cells, monitor)
     })?;
     let mut positions = Vec::new();
     let mut segments = Vec::new();
@@ -123,8 +123,14 @@ impl<'a> Slab<'a> {
     }
 
     /// Marches through the rows of cells of the slab.
-    fn march(mut self, field: &dyn Field, accuracy: Accuracy, cells: Range<usize>) -> Piece {
-        let mut sweep = Sweep::new(field, accuracy.iso, self.grid);
+    fn march(
+        mut self,
+        field: &dyn Field,
+        accuracy: Accuracy,
+        cells: Range<usize>,
+        monitor: &dyn Monitor,
+    ) -> Piece {
+        let mut sweep = Sweep::new(field, accuracy.iso, self.grid, monitor);
         let row = |sweep: &Sweep| Row {
             layer: sweep.layer(),
             vertices: vec![0; self.grid.points(0)],
@@ -137,6 +143,9 @@ impl<'a> Slab<'a> {
         self.number_row(&sweep, &mut lower, cells.start);
         let mut own_vertices = self.edges.len();
         for index in cells.clone() {
+            if monitor.cancelled() {
+                break;
+            }
             let above = sweep.evaluate(index + 1, &mut upper.layer);
             evaluations += above.points();
             self.number_between(&sweep, [&lower.layer, &upper.layer], index, &mut between);
@@ -151,7 +160,7 @@ impl<'a> Slab<'a> {
             std::mem::swap(&mut lower, &mut upper);
         }
         self.edges.truncate(own_vertices);
-        let (roots, more) = edge_roots::solve(field, accuracy, &self.edges);
+        let (roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
         Piece {
             positions: roots.iter().map(|root| root.position).collect(),
             segments: self.segments,

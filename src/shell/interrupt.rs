@@ -9,6 +9,19 @@ static CAUGHT: AtomicBool = AtomicBool::new(false);
 /// Whether there has been one.
 static PENDING: AtomicBool = AtomicBool::new(false);
 
+/// Whether what is being computed is wanted no more, whatever an interrupt does.
+static UNWANTED: AtomicBool = AtomicBool::new(false);
+
+/// Says that what is being computed is wanted no more; the program goes on.
+pub(super) fn stop() {
+    UNWANTED.store(true, Ordering::SeqCst);
+}
+
+/// Takes back what [`stop`] said; true if it was said.
+pub(super) fn forget_stop() -> bool {
+    UNWANTED.swap(false, Ordering::SeqCst)
+}
+
 /// Notes an interrupt; false if it is to end the program.
 pub(super) fn note() -> bool {
     PENDING.store(true, Ordering::SeqCst);
@@ -17,7 +30,8 @@ pub(super) fn note() -> bool {
 
 /// Whether the computation that is going on is to stop.
 pub(super) fn is_pending() -> bool {
-    PENDING.load(Ordering::Relaxed) && CAUGHT.load(Ordering::Relaxed)
+    UNWANTED.load(Ordering::Relaxed)
+        || (PENDING.load(Ordering::Relaxed) && CAUGHT.load(Ordering::Relaxed))
 }
 
 /// Does work that an interrupt stops without ending the program.

@@ -144,7 +144,7 @@ pub(super) fn messages_as(
 }
 
 /// Whether messages are coloured: as asked, else never with `NO_COLOR`, always with
-/// `CLICOLOR_FORCE`, else if a person reads them.
+/// `CLICOLOR_FORCE`, else if a person reads them at a terminal that is not dumb.
 pub(super) fn colored(common: &Common) -> bool {
     match common.color {
         Color::Always => true,
@@ -153,7 +153,8 @@ pub(super) fn colored(common: &Common) -> bool {
             let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
             let forced = is_set("CLICOLOR_FORCE")
                 && std::env::var_os("CLICOLOR_FORCE").is_some_and(|value| value != "0");
-            !is_set("NO_COLOR") && (forced || io::stderr().is_terminal())
+            let is_dumb = std::env::var_os("TERM").is_some_and(|value| value == "dumb");
+            !is_set("NO_COLOR") && (forced || (io::stderr().is_terminal() && !is_dumb))
         }
     }
 }

@@ -1,16 +1,19 @@
 //! `imp watch` and `imp run --watch`: a script that runs again whenever one of its files is saved.
 //!
 //! Folders are watched instead of files, because many editors put a new file in the place of the
-//! old one. What fails is reported and watched on; an interrupt ends it.
+//! old one. A run that is going on when a file is saved is stopped, since another follows. What fails
+//! is reported and watched on; an interrupt ends it.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use notify::{Event, EventKind, RecommendedWatcher, RecursiveMode, Watcher};
 
 use super::arguments::Run;
+use super::interrupt;
 use super::output::{self, escaped};
 use super::run::run_once;
 use super::workspace::{STANDARD_INPUT, source_name};
@@ -27,6 +30,8 @@ struct Folders {
     watcher: RecommendedWatcher,
     heard: Receiver<notify::Result<Event>>,
     watched: BTreeSet<PathBuf>,
+    /// The files whose change stops a run.
+    files: Arc<Mutex<BTreeSet<PathBuf>>>,
 }
 
 /// Runs a script again and again until an interrupt; fails with an exit code where nothing can be
@@ -49,13 +54,19 @@ pub(super) fn watch(command: &Run) -> Result<(), u8> {
             .watch(&files)
             .map_err(|error| fail(refused(&error)))?;
         let begun = Instant::now();
+        interrupt::forget_stop();
         let (result, read) = run_once(command);
+        let was_stopped = interrupt::forget_stop();
         // A file that could not be read in this round may come back.
         files.extend(read.iter().map(|path| absolute(path)));
         folders
             .watch(&files)
             .map_err(|error| fail(refused(&error)))?;
-        let word = if result.is_ok() { "done" } else { "failed" };
+        let word = match result {
+            Ok(()) => "done",
+            Err(_) if was_stopped => "stopped",
+            Err(_) => "failed",
+        };
         let status = format!(
             "{}: {word} after {:.2} s, watching {} file{}",
             escaped(&source_name(&command.file)),
@@ -71,6 +82,11 @@ pub(super) fn watch(command: &Run) -> Result<(), u8> {
             std::thread::sleep(PATIENCE);
         }
     }
+}
+
+/// Whether an event tells of more than that a file was read.
+fn is_change(event: &Event) -> bool {
+    !matches!(event.kind, EventKind::Access(_))
 }
 
 fn refused(error: &notify::Error) -> Diagnostic {
@@ -92,7 +108,16 @@ fn absolute(path: &Path) -> PathBuf {
 impl Folders {
     fn new() -> notify::Result<Folders> {
         let (sender, heard) = channel();
-        let watcher = notify::recommended_watcher(move |event| {
+        let files: Arc<Mutex<BTreeSet<PathBuf>>> = Arc::default();
+        let of_run = Arc::clone(&files);
+        let watcher = notify::recommended_watcher(move |event: notify::Result<Event>| {
+            let is_saved = |event: &Event| {
+                let files = of_run.lock().unwrap_or_else(PoisonError::into_inner);
+                is_change(event) && event.paths.iter().any(|path| files.contains(path))
+            };
+            if event.as_ref().is_ok_and(is_saved) {
+                interrupt::stop();
+            }
             // Nobody listens only while the program ends.
             let _ = sender.send(event);
         })?;
@@ -100,11 +125,15 @@ impl Folders {
             watcher,
             heard,
             watched: BTreeSet::new(),
+            files,
         })
     }
 
     /// Watches the folders of these files, too.
     fn watch(&mut self, files: &BTreeSet<PathBuf>) -> notify::Result<()> {
+        let mut known = self.files.lock().unwrap_or_else(PoisonError::into_inner);
+        known.clone_from(files);
+        drop(known);
         for folder in files.iter().filter_map(|file| file.parent()) {
             if !self.watched.contains(folder) && folder.is_dir() {
                 self.watcher.watch(folder, RecursiveMode::NonRecursive)?;
@@ -118,7 +147,7 @@ impl Folders {
     /// a failure any program in the folders counts: it may be one that was missing.
     fn wait(&self, files: &BTreeSet<PathBuf>, after_failure: bool) -> notify::Result<()> {
         let matters = |event: &Event| {
-            !matches!(event.kind, EventKind::Access(_))
+            is_change(event)
                 && event.paths.iter().any(|path| {
                     let is_program = path.extension().is_some_and(|name| name == "imp");
                     files.contains(path) || (after_failure && is_program)

@@ -116,6 +116,10 @@ fn endless_work_ends_when_the_time_is_over() {
     for program in [
         "while true { let x = 1 }",
         "let m = polygonize(f, cell = 0.004)",
+        "let m = [[i + j for i in range(100)] for j in range(100)]\nvar q = m\nfor i in range(3000) { q = q @ m }",
+        "for i in range(1000) { let s = sum(range(1000000) * range(1000000)) }",
+        "field h(p in R3) = sum(sin(i*p.x)*p.y for i in range(2000))\nfor i in range(3000) { let g = (h + i).grad()(i, 2, 3) }",
+        "field b(p in R3) = sum(exp(-norm2(p - [cos(i), sin(i*i), i/200])) for i in range(200)) - 1\nlet b2 = [bounds(b) for i in range(1000)]",
         "test \"t\" { while true { let x = 1 } }",
     ] {
         let folder = tempfile::tempdir().unwrap();

@@ -228,3 +228,64 @@ fn graphics_are_those_that_are_chosen_or_that_the_terminal_has() {
     terminal.enter("b");
     assert!(!terminal.contents().contains(['▀', '▄']));
 }
+
+#[test]
+fn an_input_that_is_not_whole_is_left_at_the_end_of_input() {
+    let mut terminal = Terminal::new();
+    terminal.send("[1,\r\x04");
+    terminal.wait_for("not whole");
+    terminal.wait_for_prompt();
+    terminal.enter("2 + 2");
+    terminal.wait_for("4 : number");
+}
+
+#[test]
+fn a_field_whose_box_is_hard_to_find_is_shown_without_a_picture() {
+    let mut terminal = Terminal::new();
+    let field = "field b(p in R3) = sum(exp(-norm2(p - [cos(i), sin(i*i), i/200])) for i in range(3000)) - 1";
+    terminal.send(&format!("{field}\r"));
+    terminal.wait_for("b : field in R3");
+    terminal.wait_for_prompt();
+    terminal.enter("b");
+    assert!(!terminal.contents().contains("no picture"));
+    terminal.enter("field ball(p in R3) = norm(p) - 1");
+    terminal.enter("ball");
+    terminal.wait_for("\u{2580}");
+}
+
+#[test]
+fn at_a_typewriter_an_interrupt_drops_the_line_and_nothing_has_colours() {
+    let mut setup = Setup::default();
+    setup.environment = vec![("TERM".into(), "dumb".into())];
+    let mut terminal = Terminal::start(setup, Arc::new(tempfile::tempdir().unwrap()));
+    terminal.send("nosuch\x03");
+    terminal.wait_for("^C");
+    terminal.send("2 + 2\r");
+    terminal.wait_for("4 : number");
+    terminal.wait_for_prompt();
+    terminal.send("nosuch + 1\r");
+    terminal.wait_for("there is no `nosuch` here");
+    assert!(!terminal.raw().contains('\u{1b}'), "{:?}", terminal.raw());
+}
+
+#[test]
+fn a_history_with_strange_bytes_is_kept_and_one_that_is_no_file_is_not() {
+    let folder = Arc::new(tempfile::tempdir().unwrap());
+    let file = folder.path().join("history");
+    std::fs::write(&file, b"#V2\n1 + 11\n\xff\n").unwrap();
+    let setup = Setup::default().with("IMP_HISTORY", &file.display().to_string());
+    let mut terminal = Terminal::start(setup, Arc::clone(&folder));
+    terminal.enter("2 + 2");
+    assert!(
+        !terminal.contents().contains("history"),
+        "{}",
+        terminal.contents()
+    );
+    assert!(std::fs::read_to_string(&file).unwrap().contains("2 + 2"));
+    for (name, is_told) in [("/dev/null", false), ("/dev/zero", true)] {
+        let setup = Setup::default().with("IMP_HISTORY", name);
+        let mut terminal = Terminal::start(setup, Arc::clone(&folder));
+        terminal.enter("2 + 2");
+        assert_eq!(terminal.contents().contains("history"), is_told, "{name}");
+    }
+}

@@ -1,5 +1,6 @@
 //! What comes through a pipe.
 
+use std::io::{BufRead, BufReader, Write};
 use std::process::Stdio;
 
 use crate::common::{imp_with, program};
@@ -16,9 +17,50 @@ fn values_are_data_and_nothing_else_is_written() {
         assert_eq!(run.stdout, "1024\n1\n[1, 2]\n");
         assert_eq!(run.stderr, "");
     }
-    // A script is run as it is, functions before those that they call.
-    let script = b"fn f(x) = g(x)\nfn g(x) = x + 1\n\nf(1)\nif true {\n  print(\"a\")\n}\nelse {\n  print(\"b\")\n}";
+    // What is written over several lines is one input.
+    let script = b"fn g(x) = x + 1\nfn f(x) = g(x)\n\nf(1)\nif true {\n  print(\"a\")\n} else {\n  print(\"b\")\n}";
     assert_eq!(piped(&[], script).well().stdout, "2\na\n");
+}
+
+#[test]
+fn each_input_is_run_and_taken_back_alone() {
+    let run = piped(&[], b"print(1)\nnosuch\nprint(2)\n");
+    assert_eq!((run.code, run.stdout.as_str()), (1, "1\n"));
+    assert!(run.stderr.contains("<stdin>:2:1"), "{}", run.stderr);
+    let run = piped(&[], b"let a = 1\nlet b = 2\n:undo\na\nb\n");
+    assert_eq!((run.code, run.stdout.as_str()), (1, "1\n"));
+    assert!(run.stderr.contains("`b`"), "{}", run.stderr);
+}
+
+#[test]
+fn an_answer_comes_before_the_next_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut child = program(folder.path())
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut answers = BufReader::new(child.stdout.take().unwrap()).lines();
+    for number in 1..4 {
+        writeln!(stdin, "{number} + {number}").unwrap();
+        assert_eq!(answers.next().unwrap().unwrap(), (2 * number).to_string());
+    }
+    drop(stdin);
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+}
+
+#[test]
+fn what_keeps_a_last_value_is_not_defined_again() {
+    let run = piped(&[], b"2 + 3\nlet q = ans\nlet ans1 = 9\n");
+    assert_eq!(run.code, 1);
+    assert!(
+        run.stderr.contains("keeps an earlier value"),
+        "{}",
+        run.stderr
+    );
+    let run = piped(&[], b"let ans1 = 9\n2 + 3\nlet q = ans\nq + ans1\n").well();
+    assert_eq!(run.stdout, "5\n14\n");
 }
 
 #[test]
@@ -98,7 +140,8 @@ fn a_reader_that_goes_away_is_no_error() {
         .unwrap();
     drop(child.stdout.take());
     let mut stdin = child.stdin.take().unwrap();
-    std::io::Write::write_all(&mut stdin, "1 + 1\n".repeat(100).as_bytes()).unwrap();
+    // It may end before it has read all.
+    let _ = stdin.write_all("1 + 1\n".repeat(100).as_bytes());
     drop(stdin);
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));

@@ -3,12 +3,15 @@
 use super::surfaces::field_argument;
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::{CompiledField, Extent, Field, extent};
+use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
 use crate::geometry::Bounds;
 use crate::graph::{Interval, Op};
+use crate::language::FieldValue;
 use crate::language::function::At;
+use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const TABLE: &[Builtin] = &[action(
     "bounds",
@@ -19,7 +22,7 @@ pub(super) const TABLE: &[Builtin] = &[action(
         let compiled = field
             .compiled(&mut session.graph, session.parameters.values())
             .at(arguments.place("f"), "this field")?;
-        let sides = sides(&compiled, arguments)?;
+        let sides = sides(&compiled, arguments, &session.monitor())?;
         Ok(Value::list(
             sides.into_iter().map(Value::Interval).collect(),
         ))
@@ -35,11 +38,58 @@ pub(super) fn found_bounds(
     field: &CompiledField,
     iso: f64,
     arguments: &Arguments,
+    monitor: &dyn Monitor,
 ) -> Outcome<Bounds> {
     let sides = match iso == 0.0 {
-        true => sides(field, arguments)?,
-        false => sides(&minus(field, iso), arguments)?,
+        true => sides(field, arguments, monitor)?,
+        false => sides(&minus(field, iso), arguments, monitor)?,
     };
+    rounded(&sides).ok_or_else(|| no_box(arguments, "no finite box holds it"))
+}
+
+/// How much a search for a box may cost that nobody asked for: batches of enclosures times nodes of
+/// the field.
+const SMALL_EFFORT: usize = 1_000_000;
+
+/// Someone who wants an end after so many questions.
+struct Budget<'a> {
+    left: AtomicUsize,
+    monitor: &'a dyn Monitor,
+}
+
+impl Monitor for Budget<'_> {
+    fn progress(&self, phase: &str, fraction: f64) {
+        self.monitor.progress(phase, fraction);
+    }
+
+    fn cancelled(&self) -> bool {
+        let take = |left: usize| left.checked_sub(1);
+        let taken = self
+            .left
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, take);
+        taken.is_err() || self.monitor.cancelled()
+    }
+}
+
+impl Session {
+    /// A box around the zero set of a field, as functions without `bounds` find it, if that is
+    /// proven with little work: the same work on every machine.
+    pub fn box_at_hand(&mut self, field: &FieldValue) -> Option<Bounds> {
+        let compiled = field.compiled(&mut self.graph, self.parameters.values());
+        let compiled = compiled.ok()?;
+        let budget = Budget {
+            left: AtomicUsize::new(SMALL_EFFORT / compiled.program().size().max(1)),
+            monitor: &self.monitor(),
+        };
+        match extent(&compiled, &budget) {
+            Some(Extent::Within(sides)) => rounded(&sides),
+            _ => None,
+        }
+    }
+}
+
+/// The box with these sides, enlarged and with round numbers for ends.
+fn rounded(sides: &[Interval]) -> Option<Bounds> {
     let lengths = sides.iter().map(|side| side.high - side.low);
     let longest = lengths.fold(SMALLEST, f64::max);
     // Ends are multiples of a power of ten between 1/1000 and 1/100 of the box. Its inverse is what
@@ -61,7 +111,7 @@ pub(super) fn found_bounds(
             )
         })
         .collect();
-    Bounds::from_sides(&sides).ok_or_else(|| no_box(arguments, "no finite box holds it"))
+    Bounds::from_sides(&sides)
 }
 
 /// The field less a number.
@@ -78,8 +128,16 @@ fn minus(field: &CompiledField, number: f64) -> CompiledField {
 }
 
 /// The proven sides.
-fn sides(field: &CompiledField, arguments: &Arguments) -> Outcome<Vec<Interval>> {
-    match extent(field) {
+fn sides(
+    field: &CompiledField,
+    arguments: &Arguments,
+    monitor: &dyn Monitor,
+) -> Outcome<Vec<Interval>> {
+    let Some(extent) = extent(field, monitor) else {
+        let message = "the search for a box was cancelled";
+        return Err(failure(Code::Cancelled, message).at(arguments.place("f"), "of this field"));
+    };
+    match extent {
         Extent::Within(sides) => Ok(sides),
         Extent::Empty => {
             let message = "the field has no zero anywhere, which was proven by intervals";

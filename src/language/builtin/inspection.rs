@@ -40,7 +40,7 @@ pub(super) const TABLE: &[Builtin] = &[
 
 fn report(session: &mut Session, arguments: &Arguments) -> Outcome<(Report, usize)> {
     let (field, bounds) = compiled_argument(session, arguments)?;
-    let bounds = box_of(&field, 0.0, bounds, arguments)?;
+    let bounds = box_of(&field, 0.0, bounds, arguments, &session.monitor())?;
     inspect(&field, &bounds, &session.monitor())
         .map(|report| (report, bounds.dimension))
         .map_err(|error| failure(Code::Cancelled, error.to_string()).at(arguments.span, "here"))

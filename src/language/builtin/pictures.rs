@@ -48,7 +48,7 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             })?;
     }
     let (field, bounds) = compiled_argument(session, arguments)?;
-    let bounds = box_of(&field, 0.0, bounds, arguments)?;
+    let bounds = box_of(&field, 0.0, bounds, arguments, &session.monitor())?;
     let options = options(session, arguments, bounds)?;
     let picture = picture::render(&field, &options, &session.monitor())
         .map_err(|error| picture_failure(&error, arguments))?;

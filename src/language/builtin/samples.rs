@@ -9,7 +9,7 @@ use super::extent::found_bounds;
 use super::surfaces::{field_argument, located_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::CompiledField;
+use crate::engine::{CompiledField, Monitor};
 use crate::geometry::Bounds;
 use crate::language::function::At;
 use crate::language::product::SampleSet;
@@ -65,8 +65,10 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let bounds = match (given, method) {
         (Some(bounds), _) => Some(bounds),
         (None, Method::Kinematic | Method::Dynamic) => None,
-        (None, Method::Floaters | Method::Relax) => proven_box(&fields[0], arguments)?,
-        (None, _) => Some(common_box(&fields, arguments)?),
+        (None, Method::Floaters | Method::Relax) => {
+            proven_box(&fields[0], arguments, &session.monitor())?
+        }
+        (None, _) => Some(common_box(&fields, arguments, &session.monitor())?),
     };
     let mut options = sample::Options {
         method,
@@ -190,8 +192,12 @@ fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
 
 /// A box that provably holds the whole zero set, if one can be found. That there is no zero at
 /// all is an error; that nothing could be proven is none, because the sampler can search.
-fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bounds>> {
-    match found_bounds(field, 0.0, arguments) {
+fn proven_box(
+    field: &CompiledField,
+    arguments: &Arguments,
+    monitor: &dyn Monitor,
+) -> Outcome<Option<Bounds>> {
+    match found_bounds(field, 0.0, arguments, monitor) {
         // A zero set that is a point has no box to speak of.
         Ok(bounds) => Ok(Some(bounds).filter(|bounds| bounds.diagonal() > 1e-90)),
         Err(error) if error.code == Code::NoBounds => Ok(None),
@@ -200,11 +206,15 @@ fn proven_box(field: &CompiledField, arguments: &Arguments) -> Outcome<Option<Bo
 }
 
 /// A box that provably holds all points at which every one of the fields vanishes.
-fn common_box(fields: &[CompiledField], arguments: &Arguments) -> Outcome<Bounds> {
+fn common_box(
+    fields: &[CompiledField],
+    arguments: &Arguments,
+    monitor: &dyn Monitor,
+) -> Outcome<Bounds> {
     let mut common: Option<Bounds> = None;
     let mut unbounded = None;
     for field in fields {
-        match (found_bounds(field, 0.0, arguments), common) {
+        match (found_bounds(field, 0.0, arguments, monitor), common) {
             (Ok(bounds), None) => common = Some(bounds),
             (Ok(bounds), Some(other)) => {
                 let (min, max) = (bounds.min.max(other.min), bounds.max.min(other.max));

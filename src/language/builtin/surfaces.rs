@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::extent::found_bounds;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
-use crate::engine::CompiledField;
+use crate::engine::{CompiledField, Monitor};
 use crate::geometry::Bounds;
 use crate::language::field::{FieldValue, bounds_of};
 use crate::language::function::At;
@@ -134,10 +134,11 @@ pub(super) fn box_of(
     iso: f64,
     given: Option<Bounds>,
     arguments: &Arguments,
+    monitor: &dyn Monitor,
 ) -> Outcome<Bounds> {
     match given {
         Some(bounds) => Ok(bounds),
-        None => found_bounds(field, iso, arguments),
+        None => found_bounds(field, iso, arguments, monitor),
     }
 }
 
@@ -151,7 +152,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     }
     let (field, bounds) = compiled_argument(session, arguments)?;
     let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
-    let bounds = box_of(&field, iso, bounds, arguments)?;
+    let bounds = box_of(&field, iso, bounds, arguments, &session.monitor())?;
     let mut options = polygonize::Options::new(bounds);
     if let Some(resolution) = arguments.positive(session, "resolution")? {
         options.cell = bounds.size().max_element() / resolution;

@@ -8,7 +8,7 @@ use crate::language::field::FieldValue;
 use crate::language::function::{
     Argument, At, Closure, FunctionValue, Rule, match_arguments, parameter_names,
 };
-use crate::language::limits::exceeded;
+use crate::language::limits::{exceeded, weight};
 use crate::language::product;
 use crate::language::scope::Scope;
 use crate::language::session::{BranchKind, Session};
@@ -146,6 +146,7 @@ impl Session {
             .into_iter()
             .map(|argument| argument.value)
             .collect();
+        self.check_time(span)?;
         let plain = self.graph.level == 0;
         let mut values = values;
         if plain
@@ -271,6 +272,8 @@ impl Session {
         span: Span,
     ) -> Outcome<Value> {
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
+        let weights = arguments.iter().map(|argument| weight(&argument.value));
+        self.count_work(weights.sum(), span)?;
         if builtin.lifts
             && !unknown
             && let Some(function) = self.pointwise(&Rule::Builtin(builtin), &arguments, span)?
@@ -305,6 +308,7 @@ impl Session {
         if let Value::List(list) = &value {
             // Long lists take long to make: a step for every few elements.
             self.steps += list.leaves() / 16;
+            self.count_work(list.leaves(), span)?;
         }
         Ok(value)
     }

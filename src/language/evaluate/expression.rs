@@ -8,7 +8,7 @@ use crate::graph::Op;
 use crate::language::arithmetic::{self, not_a_condition};
 use crate::language::field;
 use crate::language::function::{At, Closure, FunctionValue, Rule};
-use crate::language::limits::exceeded;
+use crate::language::limits::{exceeded, weight};
 use crate::language::list::List;
 use crate::language::product;
 use crate::language::scope::{Binding, Scope};
@@ -24,9 +24,6 @@ use crate::syntax::tree::{
 const STACK_RESERVE: usize = 256 * 1024;
 const STACK_GROWTH: usize = 8 * 1024 * 1024;
 
-/// After so many expressions the clock is looked at.
-const EXPRESSIONS_PER_LOOK: u32 = 1 << 12;
-
 /// How deep lists may be nested: what walks over a list may recurse.
 const DEEPEST_LIST: u32 = 64;
 
@@ -37,10 +34,7 @@ impl Session {
         expression: &Expression,
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
-        self.ticks = self.ticks.wrapping_add(1);
-        if self.ticks.is_multiple_of(EXPRESSIONS_PER_LOOK) {
-            self.check_time(expression.span)?;
-        }
+        self.count_work(1, expression.span)?;
         let value = stacker::maybe_grow(STACK_RESERVE, STACK_GROWTH, || {
             self.expression_kind(expression, scope)
         })
@@ -175,6 +169,7 @@ impl Session {
         scope: &Rc<Scope>,
     ) -> Outcome<Value> {
         let value = self.usable(operand, scope)?;
+        self.count_work(weight(&value), operand.span)?;
         let operands = [unnamed(value, operand.span)];
         match self.pointwise(&Rule::Unary(operator), &operands, operand.span)? {
             Some(function) => Ok(function),
@@ -216,6 +211,7 @@ impl Session {
         }
         let values = [self.usable(left, scope)?, self.usable(right, scope)?];
         let spans = [left.span, right.span];
+        self.count_work(weight(&values[0]) + weight(&values[1]), left.span)?;
         if values.iter().any(Value::has_function) && !values.iter().any(Value::is_unknown) {
             let [first, second] = values.clone();
             let operands = [unnamed(first, left.span), unnamed(second, right.span)];
@@ -244,7 +240,7 @@ impl Session {
             BinaryOperator::Modulo => arithmetic::apply(graph, Op::Modulo, &operands),
             BinaryOperator::Power => arithmetic::apply(graph, Op::Power, &operands),
             BinaryOperator::MatrixMultiply => {
-                arithmetic::matrix_product(graph, &operands[0], &operands[1])
+                self.matrix_product(&operands[0], &operands[1], spans[0])
             }
             BinaryOperator::Union => arithmetic::apply(graph, Op::Min, &operands),
             BinaryOperator::Intersection => arithmetic::apply(graph, Op::Max, &operands),
@@ -268,6 +264,23 @@ impl Session {
                 error
             }
         })
+    }
+
+    /// The product of matrices and vectors, row by row with a look at the clock between them.
+    fn matrix_product(&mut self, left: &Value, right: &Value, span: Span) -> Outcome<Value> {
+        let (Value::List(rows), Value::List(columns)) = (left, right) else {
+            return arithmetic::matrix_product(&mut self.graph, left, right);
+        };
+        if !arithmetic::is_matrix(left) {
+            return arithmetic::matrix_product(&mut self.graph, left, right);
+        }
+        rows.iter()
+            .map(|row| {
+                self.count_work(columns.leaves(), span)?;
+                arithmetic::matrix_product(&mut self.graph, row, right)
+            })
+            .collect::<Outcome<_>>()
+            .map(Value::list)
     }
 
     /// Relations between the signs of solids are the solids where they hold.
@@ -341,6 +354,7 @@ impl Session {
         let mut all: Option<Value> = None;
         for (operator, operand) in rest {
             let right = self.usable(operand, scope)?;
+            self.count_work(weight(&left) + weight(&right), operand.span)?;
             let spans = [span, operand.span];
             let compared = left.clone();
             let [right, holds] = match [&left, &right].iter().any(|one| one.has_function()) {

@@ -41,7 +41,7 @@ pub(super) fn curve(
 ) -> Result<Outcome, SampleError> {
     let bounds = match options.bounds {
         Some(bounds) => bounds,
-        None => match found_box(fields)? {
+        None => match found_box(fields, monitor)? {
             Some(bounds) => bounds,
             None => return Ok(nothing(fields)),
         },
@@ -126,7 +126,7 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
 }
 
 /// A box that provably holds the whole set, somewhat enlarged; `None` if there provably is none.
-fn found_box(fields: &[&dyn Field]) -> Result<Option<Bounds>, SampleError> {
+fn found_box(fields: &[&dyn Field], monitor: &dyn Monitor) -> Result<Option<Bounds>, SampleError> {
     let missing = || {
         let expected = "given with this method: no box was found that provably holds the zero set";
         Err(out_of_range("bounds", expected, "left out".to_owned()))
@@ -135,7 +135,7 @@ fn found_box(fields: &[&dyn Field]) -> Result<Option<Bounds>, SampleError> {
         fields.iter().map(|field| field.compiled()).collect();
     let mut found: Option<(DVec3, DVec3)> = None;
     for field in compiled.unwrap_or_default() {
-        match extent(field) {
+        match extent(field, monitor).ok_or(SampleError::Cancelled)? {
             Extent::Empty => return Ok(None),
             Extent::Within(sides) => {
                 let (mut low, mut high) = (DVec3::ZERO, DVec3::ZERO);

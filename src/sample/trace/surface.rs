@@ -76,7 +76,7 @@ pub(in crate::sample) fn surface(
 ) -> Result<Outcome, SampleError> {
     let bounds = match options.bounds {
         Some(bounds) => Some(bounds),
-        None => found_box(&[field])?,
+        None => found_box(&[field], monitor)?,
     };
     let Some(bounds) = bounds else {
         return Ok(super::nothing(&[field]));

@@ -11,6 +11,9 @@ use crate::syntax::{mentions, parse, renamed};
 /// The name of the last value.
 pub(super) const NAME: &str = "ans";
 
+/// What errors call the text of a definition that keeps a last value.
+pub(super) const ORIGIN: &str = "<answer>";
+
 /// So many values in a row may be made of each other before the first of them is forgotten.
 const LONGEST: usize = 100;
 
@@ -63,7 +66,7 @@ pub(super) fn name(
         };
         name = free_name(workspace);
         let text = format!("let {name} = {text}");
-        if let Some(statement) = statement(workspace, "<answer>", &text) {
+        if let Some(statement) = statement(workspace, ORIGIN, &text) {
             let value = answer.value.clone();
             workspace.session.keep_as(statement, &name, value);
         }

@@ -1,5 +1,6 @@
 //! Reading lines at a terminal: rustyline with this program's helper and history.
 
+use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{
     Behavior, Cmd, ColorMode, CompletionType, ConditionalEventHandler, Config, Event, EventContext,
-    EventHandler, KeyCode, RepeatCount,
+    EventHandler, KeyCode, Modifiers, RepeatCount,
 };
 
 use super::super::arguments::Common;
@@ -21,6 +22,9 @@ use super::screen::Colors;
 use super::session::Repl;
 use crate::assist::{Kind, Known};
 use crate::diagnostic::{Code, Diagnostic};
+
+/// A file that keeps nothing, which needs no saying.
+const NOTHING: &str = "/dev/null";
 
 /// The prompt.
 const PROMPT: &str = "imp> ";
@@ -44,14 +48,18 @@ pub(super) struct Editor {
     pub(super) typed_ahead: String,
     /// Whether letters of the present line were not taken.
     is_cut: Arc<AtomicBool>,
+    /// Whether an input was left in its middle by the end of input.
+    is_left: Arc<AtomicBool>,
 }
 
-/// Takes no more letters for a line that is long already, and notes that.
-struct LongLines {
+/// Takes no more letters for a line that is long already, and leaves an input that is not whole
+/// when Ctrl-D is typed on an empty line of it; notes that.
+struct Keys {
     is_cut: Arc<AtomicBool>,
+    is_left: Arc<AtomicBool>,
 }
 
-impl ConditionalEventHandler for LongLines {
+impl ConditionalEventHandler for Keys {
     fn handle(
         &self,
         event: &Event,
@@ -59,6 +67,13 @@ impl ConditionalEventHandler for LongLines {
         _is_positive: bool,
         context: &EventContext,
     ) -> Option<Cmd> {
+        let ends = matches!(event.get(0), Some(key) if matches!(key.0, KeyCode::Char('d' | 'D'))
+            && key.1 == Modifiers::CTRL);
+        let line = context.line();
+        if ends && line.ends_with('\n') && context.pos() == line.len() {
+            self.is_left.store(true, Ordering::Relaxed);
+            return Some(Cmd::Interrupt);
+        }
         let is_letter = matches!(event.get(0), Some(key) if matches!(key.0, KeyCode::Char(letter)
             if key.1.is_empty() && !letter.is_control()));
         let is_cut = is_letter && context.line().len() > LONGEST_TYPED;
@@ -91,8 +106,10 @@ impl Editor {
             .map_err(failed)?;
         editor.set_helper(Some(Assistant::new(has_colors)));
         let is_cut = Arc::new(AtomicBool::new(false));
-        let handler = EventHandler::Conditional(Box::new(LongLines {
+        let is_left = Arc::new(AtomicBool::new(false));
+        let handler = EventHandler::Conditional(Box::new(Keys {
             is_cut: Arc::clone(&is_cut),
+            is_left: Arc::clone(&is_left),
         }));
         editor.bind_sequence(Event::Any, handler);
         Ok(Editor {
@@ -101,6 +118,7 @@ impl Editor {
             common: common.clone(),
             typed_ahead: String::new(),
             is_cut,
+            is_left,
         })
     }
 
@@ -109,6 +127,10 @@ impl Editor {
         let Some(file) = &self.file else {
             return;
         };
+        if file == Path::new(NOTHING) {
+            self.file = None;
+            return;
+        }
         if let Err(error) = prepare(file).and_then(|()| match self.editor.load_history(file) {
             Err(ReadlineError::Io(error)) if error.kind() != ErrorKind::NotFound => Err(error),
             _ => Ok(()),
@@ -180,6 +202,9 @@ impl Editor {
                 Err(ReadlineError::Eof) => return Ok(None),
                 Err(ReadlineError::Interrupted | ReadlineError::Signal(_)) => {
                     self.is_cut.store(false, Ordering::Relaxed);
+                    if self.is_left.swap(false, Ordering::Relaxed) {
+                        output::error_text("the input was not whole, so it was not run");
+                    }
                 }
                 Err(ReadlineError::Io(error)) if error.kind() == ErrorKind::InvalidData => {
                     output::error_text("what was typed is not UTF-8 text");
@@ -195,7 +220,8 @@ impl Editor {
     }
 }
 
-/// Makes the folder of the history, and sees whether its file can be written.
+/// Makes the folder of the history, and sees whether its file can be read and written. What is no
+/// text in it is replaced.
 fn prepare(file: &Path) -> std::io::Result<()> {
     if let Some(folder) = file
         .parent()
@@ -203,8 +229,23 @@ fn prepare(file: &Path) -> std::io::Result<()> {
     {
         std::fs::create_dir_all(folder)?;
     }
+    // Others may never end, or wait for somebody at their other end.
+    match std::fs::metadata(file) {
+        Ok(found) if !found.is_file() => {
+            return Err(std::io::Error::other("it is not a regular file"));
+        }
+        Ok(found) if found.len() > history::LARGEST => {
+            return Err(std::io::Error::other("it is too large"));
+        }
+        _ => {}
+    }
     let mut options = std::fs::OpenOptions::new();
-    options.append(true).create(true).open(file).map(drop)
+    options.append(true).create(true).open(file)?;
+    let bytes = std::fs::read(file)?;
+    match String::from_utf8_lossy(&bytes) {
+        Cow::Borrowed(_) => Ok(()),
+        Cow::Owned(text) => std::fs::write(file, text),
+    }
 }
 
 fn not_read(error: &ReadlineError) -> Diagnostic {

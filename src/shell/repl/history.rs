@@ -6,6 +6,9 @@ use std::path::PathBuf;
 /// So many inputs are kept.
 pub(super) const LONGEST: usize = 10_000;
 
+/// A file with more bytes is no history of this program.
+pub(super) const LARGEST: u64 = 32_000_000;
+
 /// The file of the history: `IMP_HISTORY`, or `imp/history` in the folder for data of programs.
 /// Nothing where `IMP_HISTORY` is empty or there is no such folder.
 pub(super) fn file() -> Option<PathBuf> {

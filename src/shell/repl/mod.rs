@@ -3,7 +3,7 @@
 //! `session` holds what has been entered and takes in more; `echo` says what came of it; `commands`
 //! is the table of what begins with `:`; `editor` and `helper` read lines at a terminal (rustyline is
 //! known to this folder only); `screen`, `cells` and `graphics` show pictures there. What comes
-//! through a pipe is run as if it were typed, without a greeting, up to the first error.
+//! through a pipe (`inputs`) is run as if it were typed, without a greeting, up to the first error.
 
 mod answer;
 mod cells;
@@ -15,19 +15,19 @@ mod files;
 mod graphics;
 mod helper;
 mod history;
+mod inputs;
 mod keyboard;
 mod pictures;
 mod screen;
 mod session;
 
 use std::io::{self, BufRead, IsTerminal};
-use std::path::Path;
 
 use super::arguments;
 use super::output::{self, report};
-use super::workspace::{STANDARD_INPUT, read};
-use crate::diagnostic::{Diagnostic, Sources};
+use crate::diagnostic::Sources;
 use editor::Editor;
+use inputs::Inputs;
 use keyboard::Keyboard;
 use screen::Screen;
 use session::{After, Repl};
@@ -55,7 +55,7 @@ pub(super) fn repl(command: &arguments::Repl) -> Result<(), u8> {
         let _keyboard = Keyboard::waiting();
         super::interrupt::caught(|| converse(&mut repl, command))
     } else if is_typed {
-        converse(&mut repl, command)
+        super::interrupt::caught(|| converse(&mut repl, command))
     } else {
         begin(&mut repl, command)?;
         run_piped(&mut repl)
@@ -109,50 +109,19 @@ fn converse(repl: &mut Repl, command: &arguments::Repl) -> Result<(), u8> {
     }
 }
 
-/// Runs what comes through standard input: statements, with commands on lines of their own.
+/// Runs what comes through standard input: commands, and statements as soon as they are whole.
 fn run_piped(repl: &mut Repl) -> Result<(), u8> {
-    let (_, text) = read(Path::new(STANDARD_INPUT))
-        .map_err(|error: Diagnostic| report(&[error], &Sources::default(), &repl.common))?;
-    for part in parts(&text) {
-        if let After::End = repl.take(&part)? {
-            break;
+    let mut inputs = Inputs::new(io::stdin().lock());
+    loop {
+        match inputs.next_input() {
+            Ok(Some((lines_before, text))) => {
+                repl.lines_before = lines_before;
+                if let After::End = repl.take(&text)? {
+                    return Ok(());
+                }
+            }
+            Ok(None) => return Ok(()),
+            Err(error) => return Err(report(&[*error], &Sources::default(), &repl.common)),
         }
-    }
-    Ok(())
-}
-
-/// The parts of a text that are run one after the other: each command, and what stands between
-/// commands. Empty lines in front keep the numbers of lines in messages those of the text.
-fn parts(text: &str) -> Vec<String> {
-    let mut parts = Vec::new();
-    let mut code = String::new();
-    for (number, line) in text.split_inclusive('\n').enumerate() {
-        if !commands::is_command(line) {
-            code += line;
-            continue;
-        }
-        if !code.trim().is_empty() {
-            parts.push(code);
-        }
-        parts.push(line.trim().to_string());
-        code = "\n".repeat(number + 1);
-    }
-    if !code.trim().is_empty() {
-        parts.push(code);
-    }
-    parts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn commands_stand_alone_and_lines_keep_their_numbers() {
-        let text = "let a = [\n1]\n:list\nquit\n\na\n";
-        assert_eq!(
-            parts(text),
-            ["let a = [\n1]\n", ":list", "quit", "\n\n\n\n\na\n"]
-        );
     }
 }

@@ -37,7 +37,14 @@ impl Repl {
             return;
         }
         let shown = match value {
-            Value::Field(field) if field.components() == 1 => self.field_image(field, Room::Small),
+            Value::Field(field) if field.components() == 1 => {
+                let session = &mut self.workspace.session;
+                // Nobody has asked for a picture, so no long search for a box is made.
+                let Some(bounds) = field.domain().or_else(|| session.box_at_hand(field)) else {
+                    return;
+                };
+                self.field_image(&field.clone().with_domain(Some(bounds)), Room::Small)
+            }
             Value::Image(set) => Ok(set.picture.image.clone()),
             _ => return,
         };

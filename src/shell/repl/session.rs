@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use std::sync::Arc;
 
 use super::super::arguments::Common;
 use super::super::output::{self, escaped};
@@ -13,7 +14,7 @@ use super::editor::Editor;
 use super::screen::Screen;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::language::show::show;
-use crate::language::{Entered, Mode, Snapshot, Value};
+use crate::language::{Entered, Mode, Snapshot, Value, names_of};
 use crate::syntax::tree::{Expression, Statement, StatementKind, Tree};
 use crate::syntax::{mentions, parse, renamed};
 
@@ -38,6 +39,8 @@ pub(super) struct Repl {
     pub(super) is_typed: bool,
     /// Whether a field that is the last value is shown as a picture.
     pub(super) pictures: bool,
+    /// How many lines came through the pipe before the present input.
+    pub(super) lines_before: usize,
     /// The file that was loaded last.
     pub(super) file: Option<PathBuf>,
     answer: Option<Rc<Answer>>,
@@ -77,6 +80,7 @@ impl Repl {
             screen,
             is_typed,
             pictures: true,
+            lines_before: 0,
             file: None,
             answer: None,
             past: Vec::new(),
@@ -129,7 +133,13 @@ impl Repl {
             true => format!("<input {}>", self.inputs),
             false => "<stdin>".to_string(),
         };
-        let id = self.workspace.heard.sources.borrow_mut().add(origin, text);
+        let lines_before = match self.is_typed {
+            true => 0,
+            false => self.lines_before,
+        };
+        let mut sources = self.workspace.heard.sources.borrow_mut();
+        let id = sources.add_part(origin, text, lines_before);
+        drop(sources);
         let parsed = parse(id, text);
         match parsed.diagnostics.is_empty() {
             true => Ok(parsed.tree),
@@ -145,6 +155,7 @@ impl Repl {
             let session = &mut self.workspace.session;
             session.remember(answer::NAME, Value::Nothing);
         }
+        self.spare_answers(tree)?;
         let mut input = self.workspace.session.begin(tree)?;
         let mut last = None;
         loop {
@@ -165,6 +176,27 @@ impl Repl {
                 value => Some(value),
             };
         }
+    }
+
+    /// Fails where statements would define again what keeps an earlier last value.
+    fn spare_answers(&self, tree: &Tree) -> Result<(), Vec<Diagnostic>> {
+        let kept = self.workspace.session.statements();
+        let sources = self.workspace.heard.sources.borrow();
+        let of_answers = kept
+            .iter()
+            .filter(|statement| sources.get(statement.span.source).name == answer::ORIGIN);
+        let taken: Vec<Arc<str>> = of_answers.flat_map(names_of).collect();
+        let names = tree.statements.iter().map(|one| (one.span, names_of(one)));
+        for (span, name) in
+            names.flat_map(|(span, names)| names.into_iter().map(move |name| (span, name)))
+        {
+            if taken.contains(&name) {
+                let message = format!("`{name}` keeps an earlier value of `{}`", answer::NAME);
+                let error = Diagnostic::error(Code::BoundTwice, message).label(span, "bound again");
+                return Err(vec![error.help("take another name")]);
+            }
+        }
+        Ok(())
     }
 
     /// A definition with a name of its own for the last value that it uses.
