@@ -330,8 +330,8 @@ let skin = polygonize(torus, cell = 0.25)
 fn inputs_are_taken_back_one_after_the_other() {
     let text = "let a = 1\nfield f(p in R2) = norm(p) - a\n:undo\n";
     let run = with_torus(&format!("{text}:list\n")).well();
-    // Through a pipe, what stands between commands is one input.
-    assert_eq!(run.stdout, "nothing is defined yet\n");
+    let is_listed = |name: &str| run.stdout.lines().any(|line| line.starts_with(name));
+    assert!(is_listed("a ") && !is_listed("f "), "{}", run.stdout);
     let run =
         with_torus(":list\nlet a = 1\n:list\nlet a = 2\n:undo\na\n:undo\n:undo\n:list\n").well();
     assert!(run.stdout.contains("\n1\n"), "{}", run.stdout);

@@ -67,7 +67,7 @@ fn what_keeps_a_last_value_is_not_defined_again() {
 fn the_first_error_ends_it() {
     let run = piped(&[], b"1 + 1\n:list\nlet a = 1\nprint(a)\nb\nprint(2)\n");
     assert_eq!(run.code, 1);
-    assert_eq!(run.stdout, "2\nnothing is defined yet\n");
+    assert_eq!(run.stdout, "2\nnothing is defined yet\n1\n");
     assert!(run.stderr.contains("<stdin>:5:1"), "{}", run.stderr);
     let run = piped(&[], b"print(1)\nassert(1 > 2)\nprint(2)\n");
     assert_eq!((run.code, run.stdout.as_str()), (1, "1\n"));

@@ -35,9 +35,13 @@ impl<Reader: BufRead> Inputs<Reader> {
     pub(super) fn next_input(&mut self) -> Result<Option<(usize, String)>, Box<Diagnostic>> {
         let mut input = String::new();
         let mut lines_before = self.lines;
+        // Comments belong to what comes below them.
+        let mut has_words = false;
         while let Some(line) = self.next_line()? {
-            let is_first = input.trim().is_empty();
-            if is_first {
+            if !has_words && commands::is_command(&line) {
+                return Ok(Some((self.lines - 1, line)));
+            }
+            if input.trim().is_empty() {
                 input.clear();
                 lines_before = self.lines - 1;
             }
@@ -46,20 +50,16 @@ impl<Reader: BufRead> Inputs<Reader> {
                 let message = format!("an input is longer than {LONGEST} bytes");
                 return Err(Box::new(Diagnostic::error(Code::CannotRead, message)));
             }
-            let is_whole = match is_first {
-                true => commands::is_command(&line) || is_complete(&input),
-                false => {
-                    let is_short = input.len() <= LONGEST_LOOKED_AT;
-                    let closes = line.trim_start().starts_with([')', ']', '}']);
-                    (is_short || closes) && is_complete(&input)
-                }
-            };
-            if is_whole && !input.trim().is_empty() {
+            let is_first = !has_words;
+            has_words |= !line.trim_start().is_empty() && !line.trim_start().starts_with('#');
+            let closes = line.trim_start().starts_with([')', ']', '}']);
+            let is_looked_at = is_first || input.len() <= LONGEST_LOOKED_AT || closes;
+            if has_words && is_looked_at && is_complete(&input) {
                 return Ok(Some((lines_before, input)));
             }
         }
         // What is not whole at the end is run as it is, and says what is missing.
-        Ok((!input.trim().is_empty()).then_some((lines_before, input)))
+        Ok(has_words.then_some((lines_before, input)))
     }
 
     fn next_line(&mut self) -> Result<Option<String>, Box<Diagnostic>> {
@@ -105,8 +105,7 @@ mod tests {
             (0, "let a = [\n1]\n"),
             (2, ":list\n"),
             (3, "quit\n"),
-            (5, "# said\n"),
-            (6, "a\n"),
+            (5, "# said\na\n"),
             (7, "1 +\n\n2\n"),
             (10, "("),
         ];
