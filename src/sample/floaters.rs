@@ -234,8 +234,11 @@ impl Run<'_> {
     /// floaters have one radius, come to rest, and split all at once, with the radius over √2.
     fn relax(&mut self, expected: f64) -> Result<(), SampleError> {
         let dimension = self.population.bounds.dimension;
-        let generations = (expected / FIRST_GENERATION).log2().round().max(0.0) as i32;
-        let first = (expected / 2.0_f64.powi(generations)).round().max(1.0);
+        let generations = (expected / FIRST_GENERATION)
+            .log2()
+            .round()
+            .clamp(0.0, 60.0) as u32;
+        let first = (expected / (1_u64 << generations) as f64).round().max(1.0);
         self.balance(Goal::Count(first as u64))?;
         // Neighbours come nearer by √2 on a surface, by 2 on a curve.
         let shrink = if dimension == 2 {

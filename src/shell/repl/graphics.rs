@@ -43,8 +43,9 @@ mod tests {
     fn image() -> Image {
         // Colours without a pattern, so that the file is as large as it can be.
         let pixel = |place: usize| {
-            let noise = (place as u32).wrapping_mul(2_654_435_761).rotate_left(15);
-            let [red, green, blue, _] = noise.wrapping_mul(2_246_822_519).to_le_bytes();
+            let mut noise = (place as u32).wrapping_mul(2_654_435_761);
+            noise = (noise ^ (noise >> 15)).wrapping_mul(2_246_822_519);
+            let [red, green, blue, _] = (noise ^ (noise >> 13)).to_le_bytes();
             [red, green, blue, 255]
         };
         Image {
