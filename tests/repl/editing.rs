@@ -104,7 +104,10 @@ fn a_line_goes_on_while_a_bracket_is_open() {
     terminal.send("\r");
     terminal.wait_for("2 : number");
     terminal.wait_for_prompt();
-    terminal.send("[1,\r\x04\x03");
+    terminal.send("[1,\r");
+    terminal.wait("the next line", |seen| seen.line.is_empty());
+    terminal.send("\x04");
+    terminal.wait_for("was not whole");
     terminal.wait_for_prompt();
     terminal.send("\x04");
     assert_eq!(terminal.exit_code(), 0);
