@@ -258,8 +258,10 @@ fn a_field_whose_box_is_hard_to_find_is_shown_without_a_picture() {
 
 #[test]
 fn at_a_typewriter_an_interrupt_drops_the_line_and_nothing_has_colours() {
-    let mut setup = Setup::default();
-    setup.environment = vec![("TERM".into(), "dumb".into())];
+    let setup = Setup {
+        environment: vec![("TERM".into(), "dumb".into())],
+        ..Setup::default()
+    };
     let mut terminal = Terminal::start(setup, Arc::new(tempfile::tempdir().unwrap()));
     terminal.send("nosuch\x03");
     terminal.wait_for("^C");
