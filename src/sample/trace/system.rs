@@ -28,60 +28,60 @@ const ROUNDING: f64 = 4e-16;
 const PARALLEL: f64 = 1e-13;
 
 /// The equations of a curve, with a count of what their solution costs.
-pub(super) struct System<'a> {
+pub(in crate::sample) struct System<'a> {
     /// F, or F and G.
-    pub(super) fields: Vec<&'a dyn Field>,
+    pub(in crate::sample) fields: Vec<&'a dyn Field>,
     /// 2 or 3.
-    pub(super) dimension: usize,
+    pub(in crate::sample) dimension: usize,
     /// The unit of length: the diagonal of the box.
-    pub(super) diagonal: f64,
+    pub(in crate::sample) diagonal: f64,
     /// The largest distance from the curve that is accepted.
-    pub(super) tolerance: f64,
+    pub(in crate::sample) tolerance: f64,
     evaluations: Cell<u64>,
     undefined: Cell<u64>,
 }
 
 /// The equations at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Local {
+pub(in crate::sample) struct Local {
     /// F / |F_x| of each.
-    pub(super) distances: [f64; 2],
+    pub(in crate::sample) distances: [f64; 2],
     /// F_x / |F_x| of each; 0 where the gradient vanishes.
-    pub(super) normals: [DVec3; 2],
+    pub(in crate::sample) normals: [DVec3; 2],
     /// The product of the lengths of the gradients and the sine between them: 0 where the curve has
     /// no tangent.
-    pub(super) strength: f64,
+    pub(in crate::sample) strength: f64,
 }
 
 impl Local {
     /// The direction of the curve, not of unit length: the product of the normals, as long as
     /// the sine between them. In the plane it has F < 0 on its left.
-    pub(super) fn direction(&self) -> DVec3 {
+    pub(in crate::sample) fn direction(&self) -> DVec3 {
         self.normals[0].cross(self.normals[1])
     }
 
     /// The larger |F| / |F_x|.
-    pub(super) fn residual(&self) -> f64 {
+    pub(in crate::sample) fn residual(&self) -> f64 {
         self.distances[0].abs().max(self.distances[1].abs())
     }
 }
 
 /// What Newton's method arrived at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corrected {
-    pub(super) position: DVec3,
-    pub(super) local: Local,
+pub(in crate::sample) struct Corrected {
+    pub(in crate::sample) position: DVec3,
+    pub(in crate::sample) local: Local,
     /// The length of the first step.
-    pub(super) first: f64,
+    pub(in crate::sample) first: f64,
     /// That of the second, as a part of the first: the rate of contraction.
-    pub(super) contraction: f64,
+    pub(in crate::sample) contraction: f64,
     /// How far off the position may be: the length of steps that do not become shorter any more.
-    pub(super) noise: f64,
+    pub(in crate::sample) noise: f64,
 }
 
 /// What is asked of a solution beside the equations.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Condition {
+pub(in crate::sample) enum Condition {
     /// Nothing: each step is the shortest, that of the Moore-Penrose inverse.
     Nearest,
     /// To lie in the plane through a point with this unit normal.
@@ -92,7 +92,7 @@ pub(super) enum Condition {
 
 impl<'a> System<'a> {
     /// The curve where all fields vanish: one field in R2, two in R3.
-    pub(super) fn new(fields: Vec<&'a dyn Field>, diagonal: f64, tolerance: f64) -> System<'a> {
+    pub(in crate::sample) fn new(fields: Vec<&'a dyn Field>, diagonal: f64, tolerance: f64) -> System<'a> {
         let dimension = fields.first().map_or(2, |field| field.dimension());
         System {
             fields,
@@ -105,22 +105,22 @@ impl<'a> System<'a> {
     }
 
     /// Evaluations so far, enclosures included, and how many of them were undefined.
-    pub(super) fn counts(&self) -> (u64, u64) {
+    pub(in crate::sample) fn counts(&self) -> (u64, u64) {
         (self.evaluations.get(), self.undefined.get())
     }
 
     /// Counts evaluations that were made elsewhere.
-    pub(super) fn count(&self, evaluations: u64) {
+    pub(in crate::sample) fn count(&self, evaluations: u64) {
         self.evaluations.set(self.evaluations.get() + evaluations);
     }
 
     /// The compiled fields, if all are.
-    pub(super) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
+    pub(in crate::sample) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
         self.fields.iter().map(|field| field.compiled()).collect()
     }
 
     /// The equations at a point; `None` where one is undefined.
-    pub(super) fn local(&self, point: DVec3) -> Option<Local> {
+    pub(in crate::sample) fn local(&self, point: DVec3) -> Option<Local> {
         let mut local = Local {
             distances: [point.z, 0.0],
             normals: [DVec3::Z, DVec3::ZERO],
@@ -157,7 +157,7 @@ impl<'a> System<'a> {
     ///
     /// It ends where steps have the length of rounding errors, or have ceased to become shorter
     /// and the residual is within the tolerance. `None` if that does not come about.
-    pub(super) fn solve(
+    pub(in crate::sample) fn solve(
         &self,
         start: DVec3,
         condition: Condition,
