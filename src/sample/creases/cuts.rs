@@ -9,7 +9,7 @@
 use glam::DVec3;
 
 use super::Setting;
-use super::corner::{Corner, on_three};
+use super::corner::on_three;
 use super::sheets;
 use crate::engine::Field;
 use crate::sample::evaluation::{Batch, length};
@@ -39,6 +39,8 @@ pub(super) struct Cut {
     /// The number of the step, and the part of it.
     pub(super) at: f64,
     pub(super) position: DVec3,
+    /// Whether the position was found by Newton's method.
+    pub(super) is_exact: bool,
     /// Whether branches of the curve itself cross here.
     pub(super) is_crossing: bool,
 }
@@ -109,6 +111,7 @@ pub(super) fn runs(
             cuts.extend(position.map(|position| Cut {
                 at,
                 position,
+                is_exact: true,
                 is_crossing: false,
             }));
         }
@@ -302,6 +305,7 @@ impl Track<'_> {
         Some(Cut {
             at,
             position: exact.unwrap_or(near),
+            is_exact: exact.is_some(),
             is_crossing: false,
         })
     }
@@ -320,12 +324,12 @@ impl Track<'_> {
         Some(Cut {
             at,
             position: point,
+            is_exact: false,
             is_crossing: true,
         })
     }
 
-    /// Makes one of cuts at the same point; at crossings of the curve itself the first that is known
-    /// exactly.
+    /// Makes one of cuts at the same point: the one that is known best.
     fn unite(&self, cuts: &mut Vec<Cut>) {
         let same = |one: &Cut, other: &Cut| {
             let loose = one.is_crossing || other.is_crossing;
@@ -334,7 +338,13 @@ impl Track<'_> {
         };
         cuts.dedup_by(|next, kept| {
             let is_same = same(next, kept);
-            kept.is_crossing |= is_same && next.is_crossing;
+            if is_same {
+                let is_crossing = kept.is_crossing || next.is_crossing;
+                if next.is_exact && !kept.is_exact {
+                    *kept = *next;
+                }
+                kept.is_crossing = is_crossing;
+            }
             is_same
         });
         let count = self.component.steps.len() as f64;
@@ -405,6 +415,7 @@ impl Track<'_> {
         let end = |at: f64| Cut {
             at,
             position: step.from,
+            is_exact: true,
             is_crossing: false,
         };
         let (from, to) = (end(0.0), end(self.component.steps.len() as f64));
@@ -477,14 +488,10 @@ fn close(runs: &mut Vec<Run>, count: f64) {
     runs[0] = joined;
 }
 
-/// The corners of a run: its ends, and where branches cross.
-pub(super) fn corners(run: &Run) -> impl Iterator<Item = Corner> {
+/// The cuts of a run that are corners: its ends, and where branches cross.
+pub(super) fn corners(run: &Run) -> impl Iterator<Item = Cut> {
     let ends = [run.from, run.to].into_iter().zip(run.endings);
     let ends = ends.filter(|(_, ending)| *ending == Ending::Corner);
     let crossings = run.inner.iter().filter(|cut| cut.is_crossing).copied();
-    let all = ends.map(|(cut, _)| cut).chain(crossings);
-    all.map(|cut| Corner {
-        position: cut.position,
-        normals: Vec::new(),
-    })
+    ends.map(|(cut, _)| cut).chain(crossings)
 }

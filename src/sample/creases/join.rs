@@ -43,6 +43,8 @@ pub(in crate::sample) struct Segment {
 struct Directory {
     same: f64,
     corners: Vec<Corner>,
+    /// Whether their positions were found by Newton's method.
+    exact: Vec<bool>,
     buckets: HashMap<[i64; 3], Vec<usize>>,
 }
 
@@ -67,14 +69,24 @@ impl Directory {
             .map(|(_, number)| number)
     }
 
-    fn add(&mut self, corner: Corner) {
-        if self.find(corner.position).is_none() {
-            let bucket = self.bucket(corner.position);
-            self.buckets
-                .entry(bucket)
-                .or_default()
-                .push(self.corners.len());
-            self.corners.push(corner);
+    /// Adds a corner at a cut. Of cuts at the same point, one that is known exactly tells where.
+    fn add(&mut self, cut: Cut) {
+        match self.find(cut.position) {
+            Some(number) => {
+                if cut.is_exact && !std::mem::replace(&mut self.exact[number], true) {
+                    self.corners[number].position = cut.position;
+                }
+            }
+            None => {
+                let bucket = self.bucket(cut.position);
+                let number = self.corners.len();
+                self.buckets.entry(bucket).or_default().push(number);
+                self.exact.push(cut.is_exact);
+                self.corners.push(Corner {
+                    position: cut.position,
+                    normals: Vec::new(),
+                });
+            }
         }
     }
 }
@@ -84,11 +96,12 @@ pub(super) fn join(setting: &Setting, curves: &[Curve]) -> (Vec<Crease>, Vec<Cor
     let mut directory = Directory {
         same: SAME * setting.diagonal,
         corners: Vec::new(),
+        exact: Vec::new(),
         buckets: HashMap::new(),
     };
     for curve in curves {
         for run in &curve.runs {
-            corners(run).for_each(|corner| directory.add(corner));
+            corners(run).for_each(|cut| directory.add(cut));
         }
     }
     let mut segments: Vec<Segment> = Vec::new();
@@ -140,17 +153,22 @@ fn segment(
     setting: &Setting,
     system: &System,
     (curve, run): (&Curve, &Run),
-    ends: [Cut; 2],
+    mut ends: [Cut; 2],
     endings: [Ending; 2],
     directory: &Directory,
 ) -> Option<Segment> {
+    let mut corners = [None; 2];
+    for (number, end) in ends.iter_mut().enumerate() {
+        if endings[number] == Ending::Corner
+            && let Some(corner) = directory.find(end.position)
+        {
+            corners[number] = Some(corner);
+            end.position = directory.corners[corner].position;
+        }
+    }
     let shortest = SHORTEST * setting.diagonal;
     let steps = clip(system, &curve.component, ends, shortest);
     let (first, last) = (steps.first()?, steps.last()?);
-    let corner = |number: usize| match endings[number] {
-        Ending::Corner => directory.find(ends[number].position),
-        Ending::Border | Ending::None => None,
-    };
     let tangent = |point: DVec3, along: DVec3| {
         let local = system.local(point);
         let place = local.and_then(|local| Place::along(point, local, along));
@@ -159,7 +177,7 @@ fn segment(
     Some(Segment {
         pair: curve.pair,
         signs: run.signs,
-        corners: [corner(0), corner(1)],
+        corners,
         tangents: [
             tangent(first.from, first.direction),
             tangent(last.to, last.direction),
