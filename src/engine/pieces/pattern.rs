@@ -232,6 +232,7 @@ impl Search<'_> {
         let simpler = match op {
             Op::Add if zero_second => Some(a),
             Op::Add if zero_first => Some(b),
+            Op::Subtract if a == b => Some(self.graph.constant(0.0)),
             Op::Subtract if zero_second => Some(a),
             Op::Subtract if zero_first => Some(self.graph.apply(Op::Negate, &[b])),
             Op::Multiply if zero_first || zero_second => Some(self.graph.constant(0.0)),

@@ -2,18 +2,28 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Setting;
 use super::cuts::{Run, runs};
-use super::sheets::SMALLEST_SINE;
+use super::sheets::{SMALLEST_SINE, onto};
 use crate::engine::{Meeting, Monitor, Pieces};
-use crate::sample::trace::{Cell, Component, Region, Walker, trace};
+use crate::sample::trace::{Cell, Component, Region, System, Walker, trace};
 
 /// The most cells that are enclosed for two pieces, in addition to so many for each cell in which
 /// they meet.
-const MOST_CELLS: u64 = 1 << 12;
+const MOST_CELLS: u64 = 1 << 17;
 const CELLS_EACH: u64 = 64;
+
+/// Whether two pieces are one is judged in so many cells at the most, and by so many places at least.
+const MOST_LOOKED_AT: usize = 64;
+const FEWEST_LOOKED_AT: u32 = 3;
+
+/// Surfaces that are closer than this part of the diagonal, and whose normals have a smaller sine
+/// between them, are one.
+const SAME: f64 = 1e-10;
+const PARALLEL: f64 = 1e-7;
 
 /// A connected curve on which two pieces vanish.
 pub(super) struct Curve {
@@ -73,6 +83,13 @@ fn follow_pair(
         return None;
     }
     let system = setting.system(pair);
+    if are_one(&system, setting.pieces, places) {
+        return Some(Found {
+            curves: Vec::new(),
+            undecided: 0,
+            evaluations: system.counts().0,
+        });
+    }
     let cells = places.iter().map(|&place| {
         let meeting = &setting.pieces.meetings[place];
         let cell = Cell {
@@ -93,6 +110,7 @@ fn follow_pair(
     };
     let traced = trace(&walker, &region, &Quiet(monitor))?;
     let mut undecided = traced.undecided;
+    if std::env::var("DBG").is_ok() { eprintln!("DEBUG {pair:?} places {} comps {} und {} evals {}", places.len(), traced.components.len(), undecided, system.counts().0); }
     let mut curves = Vec::new();
     for component in traced.components {
         let (runs, left) = runs(setting, &system, pair, &component, &traced.events);
@@ -110,6 +128,40 @@ fn follow_pair(
         undecided,
         evaluations: system.counts().0,
     })
+}
+
+/// Whether two pieces vanish on the same surface, as far as places all over the cells in which they
+/// meet can tell: then they are one function in two forms, or touch all over it, and make no crease.
+fn are_one(system: &System, pieces: &Pieces, places: &[usize]) -> bool {
+    let stride = places.len().div_ceil(MOST_LOOKED_AT);
+    let mut count = 0;
+    for &place in places.iter().step_by(stride.max(1)) {
+        let meeting = &pieces.meetings[place];
+        let (middle, size) = (
+            meeting.low.midpoint(meeting.high),
+            meeting.high - meeting.low,
+        );
+        for corner in 0..8 {
+            let part = [0.25, -0.25];
+            let offset = DVec3::new(part[corner & 1], part[corner >> 1 & 1], part[corner >> 2]);
+            let start = middle + offset * size;
+            let Some(point) = system.fields.first().and_then(|&one| onto(one, start)) else {
+                continue;
+            };
+            if point.distance(start) > size.length() {
+                continue;
+            }
+            let Some(local) = system.local(point) else {
+                continue;
+            };
+            let apart = local.residual() > SAME * system.diagonal;
+            if apart || local.direction().length() > PARALLEL {
+                return false;
+            }
+            count += 1;
+        }
+    }
+    count >= FEWEST_LOOKED_AT
 }
 
 /// Passes only the wish to stop on: each pair has a progress of its own.

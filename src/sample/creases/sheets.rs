@@ -21,6 +21,9 @@ const AWAY: f64 = 1e-6;
 /// there.
 const SMALL: f64 = 1e-3;
 
+/// Newton's steps onto a piece, of which two do for points as close as these.
+const STEPS: usize = 4;
+
 /// Whether the pieces of a system make a crease at a place: for each the sign by which its normal is
 /// that of the field. `room` is the distance to where that may change.
 pub(super) fn crease(
@@ -69,10 +72,10 @@ fn sheet(
     })
 }
 
-/// The point of a piece's zero set near a point that is close to it, by two of Newton's steps.
-fn onto(piece: &dyn Field, start: DVec3) -> Option<DVec3> {
+/// The point of a piece's zero set near another point, by some of Newton's steps.
+pub(super) fn onto(piece: &dyn Field, start: DVec3) -> Option<DVec3> {
     let mut point = start;
-    for _ in 0..2 {
+    for _ in 0..STEPS {
         let (value, gradient) = piece.value_gradient(point);
         let slope = length(gradient);
         let step = value / slope * (gradient / slope);
@@ -80,6 +83,9 @@ fn onto(piece: &dyn Field, start: DVec3) -> Option<DVec3> {
             return None;
         }
         point -= step;
+        if step == DVec3::ZERO {
+            break;
+        }
     }
     Some(point)
 }

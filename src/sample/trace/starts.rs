@@ -30,8 +30,8 @@ const AROUND: f64 = 3.25;
 const DEEPEST: u32 = 17;
 const MOST_CELLS: u64 = 1 << 17;
 
-/// Gradients between which no larger sine is possible in a cell are judged by those in its middle.
-const NARROW: f64 = 0.17;
+/// Gradients between which no larger sine is possible in a cell are judged by those at one point.
+const NARROW: f64 = 0.4;
 
 /// Cells enclosed at a time.
 const BATCH: usize = 256;
@@ -251,18 +251,21 @@ impl Search<'_> {
     }
 
     /// Whether two surfaces meet at no more than the smallest angle in a cell, as where they touch
-    /// or are the same: by the enclosure or, if that is narrow, by the angle in the middle.
+    /// or are the same: by the enclosure or, if that is narrow, by the angle in the middle or where
+    /// they meet near it.
     fn is_flat(&self, cell: &Cell, known: &Known) -> bool {
         let smallest = self.region.smallest_sine;
         // NaN tells nothing either.
         if smallest == 0.0 || known.sine.is_nan() || known.sine > NARROW {
             return false;
         }
+        let (system, middle) = (self.walker.system, cell.center());
         let in_middle = || {
-            let local = self.walker.system.local(cell.center());
+            let local = system.local(middle);
             local.is_some_and(|local| local.direction().length() < 0.5 * smallest)
         };
-        known.sine < smallest || in_middle()
+        let reach = cell.size().max_element();
+        known.sine < smallest || in_middle() || system.touching(middle, reach, 0.5 * smallest)
     }
 
     /// Whether the one piece of the curve that a cell can hold is walked, perhaps just now.
@@ -316,7 +319,7 @@ impl Search<'_> {
                 let regular = found.local.direction().length() > SMALLEST_SINE;
                 if !around.contains(found.position) || !self.walker.is_inside(found.position) {
                 } else if !regular {
-                    self.traced.singular += 1;
+                    self.count_singular(1);
                 } else if !self.is_old(found.position) {
                     self.start(found.position);
                 }
@@ -325,8 +328,15 @@ impl Search<'_> {
                 // Newton's method fails where gradients vanish or are parallel on all of the curve.
                 let local = system.local(start);
                 let close = local.is_some_and(|local| local.residual() <= reach);
-                self.traced.singular += u64::from(close);
+                self.count_singular(u64::from(close));
             }
+        }
+    }
+
+    /// Counts starts without a tangent, unless surfaces that touch are left out anyway.
+    fn count_singular(&mut self, more: u64) {
+        if self.region.smallest_sine == 0.0 {
+            self.traced.singular += more;
         }
     }
 

@@ -18,6 +18,10 @@ const STEP_LIMIT: usize = 12;
 /// they are closer to one than to the other.
 const SPHERE_STEP_LIMIT: usize = 48;
 
+/// Where surfaces touch, so many of Newton's steps lead to a residual of this part of the distance.
+const TOUCHING_STEP_LIMIT: usize = 24;
+const TOUCHING: f64 = 1e-8;
+
 /// Steps that are not shorter than the last one by this factor are errors of rounding.
 const STALLED: f64 = 0.9;
 
@@ -209,6 +213,30 @@ impl<'a> System<'a> {
             contraction,
             noise: last,
         })
+    }
+}
+
+impl System<'_> {
+    /// Whether both surfaces have a common point near a start, with a smaller sine between their
+    /// normals than this. Where surfaces touch, each of Newton's steps halves the distance.
+    pub(in crate::sample) fn touching(&self, start: DVec3, reach: f64, sine: f64) -> bool {
+        let mut position = start;
+        for _ in 0..TOUCHING_STEP_LIMIT {
+            let Some(local) = self.local(position) else {
+                return false;
+            };
+            if local.residual() <= TOUCHING * reach {
+                return local.direction().length() < sine;
+            }
+            let Some(step) = newton_step(&local, position, Condition::Nearest) else {
+                return false;
+            };
+            position += step;
+            if position.distance(start) > reach {
+                return false;
+            }
+        }
+        false
     }
 }
 
