@@ -3,7 +3,7 @@
 use std::f64::consts::{SQRT_2, TAU};
 
 use glam::DVec3;
-use imp::engine::{CompiledField, Field, Silent};
+use imp::engine::{CompiledField, Field, Silent, pieces};
 use imp::geometry::Bounds;
 use imp::sample::{CreasePoint, Creases, Method, Options, creases, sample_curve};
 
@@ -304,6 +304,24 @@ fn creases_that_lead_on_smoothly_from_piece_to_piece_are_one() {
     check_loops(&creases, vec![2.0 + TAU * 0.5; 2]);
 }
 
+/// A cube with square tunnels (Menger's sponge, one round): the edges of the cube, the rims of the six
+/// holes, and the edges of the tunnels, three of which cross in each corner of the cube in the middle.
+#[test]
+fn creases_that_cross_are_split_where_they_do() {
+    let bars = "max(abs(p.x), abs(p.y)), max(abs(p.y), abs(p.z)), max(abs(p.z), abs(p.x))";
+    let body = format!("max(max(abs(p)) - 1, 1/3 - min({bars}))");
+    let creases = found(&format!("field f(p in R3) = {body}"), cube(3, 1.1));
+    show(&creases);
+    assert_eq!(creases.report.undecided, 0);
+    // 8 of the cube, 4 for each hole, 8 inside.
+    assert_eq!((creases.arcs.len(), creases.corners.len()), (12 + 24 + 36, 8 + 24 + 8));
+    for crease in &creases.arcs {
+        let length = if crease.length > 1.0 { 2.0 } else { 2.0 / 3.0 };
+        assert!((crease.length - length).abs() < 1e-9, "{}", crease.length);
+    }
+    assert!(creases.corners.iter().all(|corner| corner.normals.len() == 3));
+}
+
 /// Two cylinders of the same radius meet in two ellipses that cross where the surfaces touch.
 #[test]
 fn ellipses_that_cross_are_split_where_they_do() {
@@ -437,4 +455,34 @@ fn the_points_do_not_depend_on_the_number_of_threads() {
     let one = points(1);
     assert!(one.len() > 20);
     assert_eq!(one, points(3));
+}
+
+#[test]
+fn pieces_are_the_smooth_functions_that_meet() {
+    let meet = |body: &str| {
+        let field = field(&format!("field f(p in R3) = {body}"));
+        pieces(&field, DVec3::splat(-2.0), DVec3::splat(2.1), 6, &Silent).unwrap()
+    };
+    // The three spheres that reach each other; the fourth is alone.
+    let spheres = "sphere(0.5), sphere(0.5, [0.3, 0, 0]), sphere(0.5, [0, 0.4, 0])";
+    let found = meet(&format!("union({spheres}, sphere(0.2, [1.5, 1.5, 1.5]))(p)"));
+    assert_eq!(found.fields.len(), 3);
+    for centre in [DVec3::ZERO, DVec3::X * 0.3, DVec3::Y * 0.4] {
+        let is_sphere = |piece: &CompiledField| {
+            [DVec3::ONE, DVec3::new(0.1, -0.7, 0.4)].iter().all(|&at| {
+                let (value, distance) = (piece.value(at).abs(), at.distance(centre) - 0.5);
+                (value - distance.abs()).abs() < 1e-12
+            })
+        };
+        assert!(found.fields.iter().any(is_sphere));
+    }
+    // The point where all three meet is in a cell that names them.
+    let (x, y) = (0.15, 0.2);
+    let z = (0.25_f64 - x * x - y * y).sqrt();
+    let mut around = found.around(DVec3::new(x, y, z), 0.0);
+    assert!(around.any(|place| found.meetings[place].pieces == [0, 1, 2]));
+    // Multiples and other forms of a function are no other pieces.
+    let same = meet("max(p.x + p.y, 2*p.y + 2*p.x, -p.z - (p.x - p.z) - p.y, p.z)");
+    assert!(same.fields.len() <= 3, "{}", same.fields.len());
+    assert!(meet("norm(p) - 1").meetings.is_empty());
 }

@@ -38,7 +38,11 @@ const MOST_CELLS: usize = 1 << 19;
 const MOST_CHOICES: usize = 24;
 
 /// More pieces than these do not meet in a cell that is small enough.
-const MOST_PIECES: usize = 24;
+const MOST_PIECES: usize = 64;
+
+/// Functions whose ratio is the same at all probes to this accuracy are multiples of each other.
+const PROBES: usize = 8;
+const SAME: f64 = 1e-10;
 
 /// A cell in which several pieces may vanish.
 #[derive(Clone, Debug)]
@@ -132,6 +136,8 @@ struct Judged {
 struct Piece {
     root: NodeId,
     steps: Vec<Step>,
+    /// Its values at the probes.
+    probes: [f64; PROBES],
 }
 
 /// The pieces of a field, and where in the box two or more may vanish. Cells are handed out after so
@@ -186,6 +192,26 @@ pub fn pieces(
         level = next;
     }
     Some(search.finish())
+}
+
+/// Whether values have one ratio, as far as they are defined. Both must be at the same places.
+fn are_multiples(one: &[f64; PROBES], other: &[f64; PROBES]) -> bool {
+    let largest = |values: &[f64; PROBES]| {
+        let finite = values.iter().filter(|value| value.is_finite());
+        finite.fold(0.0, |most: f64, value| most.max(value.abs()))
+    };
+    let (first, second) = (largest(one), largest(other));
+    let pairs = || one.iter().zip(other);
+    let count = pairs().filter(|(a, b)| a.is_finite() && b.is_finite());
+    if first == 0.0 || second == 0.0 || 2 * count.count() < PROBES {
+        return false;
+    }
+    [1.0, -1.0].iter().any(|sign| {
+        pairs().all(|(a, b)| {
+            let apart = (a / first - sign * b / second).abs();
+            apart <= SAME || !a.is_finite() && !b.is_finite()
+        })
+    })
 }
 
 /// The root with its parameters replaced by their values.
@@ -288,8 +314,10 @@ impl Search {
         };
         let mut pieces = Vec::new();
         let mut singular = Vec::new();
-        for root in found.iter().flatten() {
-            let number = self.number(*root);
+        let mut numbers: Vec<u32> = found.iter().flatten().map(|&root| self.number(root)).collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        for number in numbers {
             let steps = &self.pieces[number as usize].steps;
             let enclosures = steps::bound(steps, low, high);
             let Some(last) = enclosures.last() else {
@@ -304,7 +332,7 @@ impl Search {
                 }
             }
         }
-        if found.is_none() || pieces.len() > MOST_PIECES {
+        if found.is_none() || pieces.len() - singular.len() > MOST_PIECES {
             if is_last {
                 self.undecided.push((low, high));
             }
@@ -317,7 +345,6 @@ impl Search {
         if !is_plain && depth < self.halvings && !is_last {
             return false;
         }
-        pieces.sort_unstable();
         let place = self.meetings.len() as u32;
         self.places.insert((depth, cell.index), place);
         self.meetings.push(Meeting {
@@ -330,17 +357,34 @@ impl Search {
         true
     }
 
-    /// The number of a piece, which may be new.
+    /// The number of a piece, which may be new. Multiples of each other are one: analytic functions
+    /// that agree at places without any pattern agree everywhere.
     fn number(&mut self, root: NodeId) -> u32 {
         if let Some(number) = self.numbers.get(&root) {
             return *number;
         }
-        let number = self.pieces.len() as u32;
-        self.numbers.insert(root, number);
-        self.pieces.push(Piece {
-            root,
-            steps: steps::list(&self.graph, root),
+        let steps = steps::list(&self.graph, root);
+        let probes = std::array::from_fn(|place| {
+            // The additive recurrence with the powers of the root of x⁴ = x + 1, and of a step that
+            // keeps away from the faces.
+            let part = [0.819_172_513, 0.671_043_607, 0.549_700_478]
+                .map(|rate| 0.01 + 0.98 * ((place as f64 + 0.5) * rate).fract());
+            let point = self.low + DVec3::from_array(part) * (self.high - self.low);
+            steps::value(&steps, point)
         });
+        let known = self
+            .pieces
+            .iter()
+            .position(|piece| are_multiples(&piece.probes, &probes));
+        let number = known.unwrap_or(self.pieces.len()) as u32;
+        self.numbers.insert(root, number);
+        if known.is_none() {
+            self.pieces.push(Piece {
+                root,
+                steps,
+                probes,
+            });
+        }
         number
     }
 

@@ -12,7 +12,7 @@ use crate::graph::interval::Enclosure;
 use crate::graph::{Graph, Node, NodeId, Op};
 
 /// The most ways that are gone through for a cell.
-const MOST_WAYS: usize = 1 << 9;
+const MOST_WAYS: usize = 1 << 11;
 
 /// A step function with more values in a cell is not gone through.
 const MOST_VALUES: f64 = 8.0;

@@ -115,6 +115,19 @@ pub(super) fn bound(steps: &[Step], low: DVec3, high: DVec3) -> Vec<Enclosure> {
     enclosures
 }
 
+/// The last step at a point.
+pub(super) fn value(steps: &[Step], point: DVec3) -> f64 {
+    let mut values: Vec<f64> = Vec::with_capacity(steps.len());
+    for step in steps {
+        values.push(match step.source {
+            Source::Constant(number) => number,
+            Source::Coordinate(axis) => point[usize::from(axis).min(2)],
+            Source::Apply(op) => op.value(step.operands.map(|place| values[place as usize])),
+        });
+    }
+    values.last().copied().unwrap_or(f64::NAN)
+}
+
 /// What the enclosures decide about a choice. Ties count for either side: what happens on a set
 /// without interior is not asked here.
 fn decide(op: Op, operands: [Interval; 3], own: Interval) -> Option<Decision> {

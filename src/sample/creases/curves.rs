@@ -11,10 +11,11 @@ use super::sheets::{SMALLEST_SINE, onto};
 use crate::engine::{Meeting, Monitor, Pieces};
 use crate::sample::trace::{Cell, Component, Region, System, Walker, trace};
 
-/// The most cells that are enclosed for two pieces, in addition to so many for each cell in which
-/// they meet.
+/// The most cells that are enclosed for two pieces at first. Pairs for which that is not enough share
+/// the second number, but none gets more than the third.
+const FIRST_CELLS: u64 = 1 << 12;
+const SHARED_CELLS: u64 = 1 << 18;
 const MOST_CELLS: u64 = 1 << 17;
-const CELLS_EACH: u64 = 64;
 
 /// Whether two pieces are one is judged in so many cells at the most, and by so many places at least.
 const MOST_LOOKED_AT: usize = 64;
@@ -66,17 +67,35 @@ pub(super) fn regular(meeting: &Meeting) -> impl Iterator<Item = u32> {
 /// the number of threads. `None` if the monitor cancelled.
 pub(super) fn follow(setting: &Setting, monitor: &dyn Monitor) -> Option<Vec<Found>> {
     let pairs: Vec<([u32; 2], Vec<usize>)> = pairs(setting.pieces).into_iter().collect();
+    let first: Option<Vec<Found>> = pairs
+        .par_iter()
+        .map(|(pair, places)| follow_pair(setting, *pair, places, FIRST_CELLS, monitor))
+        .collect();
+    let first = first?;
+    let open = first.iter().filter(|found| found.undecided > 0).count() as u64;
+    let share = (SHARED_CELLS / open.max(1)).min(MOST_CELLS);
     pairs
         .par_iter()
-        .map(|(pair, places)| follow_pair(setting, *pair, places, monitor))
+        .zip(first)
+        .map(|((pair, places), found)| {
+            if found.undecided == 0 || share < 2 * FIRST_CELLS {
+                return Some(found);
+            }
+            let again = follow_pair(setting, *pair, places, share, monitor)?;
+            Some(Found {
+                evaluations: again.evaluations + found.evaluations,
+                ..again
+            })
+        })
         .collect()
 }
 
-/// Follows the curves of two pieces.
+/// Follows the curves of two pieces, and encloses no more cells than these.
 fn follow_pair(
     setting: &Setting,
     pair: [u32; 2],
     places: &[usize],
+    most_cells: u64,
     monitor: &dyn Monitor,
 ) -> Option<Found> {
     if monitor.cancelled() {
@@ -101,7 +120,7 @@ fn follow_pair(
     let region = Region {
         cells: cells.collect(),
         smallest_sine: SMALLEST_SINE,
-        most_cells: MOST_CELLS + CELLS_EACH * places.len() as u64,
+        most_cells,
     };
     let walker = Walker {
         system: &system,

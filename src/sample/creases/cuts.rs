@@ -30,6 +30,12 @@ const SAME: f64 = 1e-8;
 /// Singular points lie on the curve if they are within this part of the diagonal.
 const NEAR: f64 = 1e-5;
 
+/// Where on the way between two cuts it is looked whether there is a crease.
+const LOOKS: [f64; 3] = [0.1, 0.5, 0.9];
+
+/// Projections that put a crossing on both surfaces.
+const POLISHES: usize = 6;
+
 /// Halvings of a bracket, each of which is a part of a step.
 const HALVINGS: u32 = 48;
 
@@ -321,9 +327,14 @@ impl Track<'_> {
             (apart <= near).then_some((apart, number as f64 + part))
         });
         let (_, at) = places.min_by(|one, other| one.0.total_cmp(&other.0))?;
+        // Both surfaces have one tangent plane here.
+        let mut position = point;
+        for piece in self.system.fields.iter().cycle().take(POLISHES) {
+            position = sheets::onto(*piece, position).filter(|to| to.distance(point) <= near)?;
+        }
         Some(Cut {
             at,
-            position: point,
+            position,
             is_exact: false,
             is_crossing: true,
         })
@@ -371,10 +382,10 @@ impl Track<'_> {
                 ..cuts[0]
             });
         }
-        let mut undecided = 0;
+        let undecided = self.complete(&mut ends);
         let mut runs: Vec<Run> = Vec::new();
         for two in ends.windows(2) {
-            let Some(signs) = self.crease_between(&two[0], &two[1], &mut undecided) else {
+            let Some(signs) = self.crease_between(&two[0], &two[1], 0.5) else {
                 continue;
             };
             let follows = runs.last_mut().filter(|run| run.to.at == two[0].at);
@@ -418,35 +429,69 @@ impl Track<'_> {
             is_exact: true,
             is_crossing: false,
         };
-        let (from, to) = (end(0.0), end(self.component.steps.len() as f64));
-        let mut undecided = 0;
-        let run = self.crease_between(&from, &to, &mut undecided).map(|signs| Run {
-            from,
-            to,
+        let mut ends = vec![end(0.0), end(self.component.steps.len() as f64)];
+        let unexplained = self.complete(&mut ends);
+        if ends.len() > 2 {
+            // It is not the same all around.
+            let (runs, more) = self.judge(&ends[1..ends.len() - 1]);
+            return (runs, unexplained + more);
+        }
+        let run = self.crease_between(&ends[0], &ends[1], 0.5).map(|signs| Run {
+            from: ends[0],
+            to: ends[1],
             endings: [Ending::None; 2],
             inner: Vec::new(),
             signs,
         });
-        (run.into_iter().collect(), undecided)
+        (run.into_iter().collect(), 0)
     }
 
-    /// The signs of the normals if the part between two cuts is a crease.
-    fn crease_between(&self, from: &Cut, to: &Cut, undecided: &mut u64) -> Option<[f64; 2]> {
-        let middle = from.at.midpoint(to.at);
-        let (step, part) = self.step(middle)?;
-        let apart = self.setting.finest / DENSITY;
-        self.company(step.guess(part), apart)?;
-        let Some(place) = step.at(self.system, part) else {
-            *undecided += 1;
-            return None;
-        };
-        let ends = [from.position, to.position];
-        let room = match ends[0] == ends[1] {
+    /// Adds cuts where what is at several places between two cuts is not the same, found by
+    /// bisection: how many apart from those at which the angle becomes too small. Not all pieces were
+    /// known there.
+    fn complete(&self, ends: &mut Vec<Cut>) -> u64 {
+        let mut missed: Vec<Cut> = Vec::new();
+        let mut unexplained = 0;
+        for two in ends.windows(2) {
+            let is_crease = |part: f64| self.crease_between(&two[0], &two[1], part).is_some();
+            let found = LOOKS.map(is_crease);
+            for (number, change) in found.windows(2).enumerate() {
+                if change[0] == change[1] {
+                    continue;
+                }
+                let (mut before, mut behind) = (LOOKS[number], LOOKS[number + 1]);
+                for _ in 0..HALVINGS {
+                    let middle = before.midpoint(behind);
+                    match is_crease(middle) == change[0] {
+                        true => before = middle,
+                        false => behind = middle,
+                    }
+                }
+                let at = two[0].at + before.midpoint(behind) * (two[1].at - two[0].at);
+                if let Some(place) = self.place(at) {
+                    let sine = place.local.direction().length();
+                    unexplained += u64::from(sine > 1.01 * sheets::SMALLEST_SINE);
+                    missed.push(Cut {
+                        at,
+                        position: place.position,
+                        is_exact: false,
+                        is_crossing: false,
+                    });
+                }
+            }
+        }
+        ends.extend(missed);
+        ends.sort_by(|one, other| one.at.total_cmp(&other.at));
+        unexplained
+    }
+
+    /// The signs of the normals if there is a crease at a part of the way between two cuts.
+    fn crease_between(&self, from: &Cut, to: &Cut, part: f64) -> Option<[f64; 2]> {
+        let place = self.place(from.at + part * (to.at - from.at))?;
+        let ends = [from.position, to.position].map(|end| end.distance(place.position));
+        let room = match from.position == to.position {
             true => self.setting.diagonal,
-            false => ends
-                .map(|end| end.distance(place.position))
-                .into_iter()
-                .fold(f64::INFINITY, f64::min),
+            false => ends[0].min(ends[1]),
         };
         sheets::crease(self.setting, self.system, &place, 0.05 * room)
     }

@@ -104,6 +104,7 @@ pub(super) fn join(setting: &Setting, curves: &[Curve]) -> (Vec<Crease>, Vec<Cor
             corners(run).for_each(|cut| directory.add(cut));
         }
     }
+    crossings(curves, &mut directory);
     let mut segments: Vec<Segment> = Vec::new();
     for curve in curves {
         let system = setting.system(curve.pair);
@@ -120,6 +121,36 @@ pub(super) fn join(setting: &Setting, curves: &[Curve]) -> (Vec<Crease>, Vec<Cor
     }
     let arcs = chains(segments);
     finish(setting, arcs, directory.corners)
+}
+
+/// Makes corners where creases cross that lead on beyond.
+fn crossings(curves: &[Curve], directory: &mut Directory) {
+    let mut passed = Directory {
+        same: directory.same,
+        corners: Vec::new(),
+        exact: Vec::new(),
+        buckets: HashMap::new(),
+    };
+    let mut tangents: Vec<DVec3> = Vec::new();
+    for curve in curves {
+        let steps = &curve.component.steps;
+        for cut in curve.runs.iter().flat_map(|run| &run.inner) {
+            let Some(step) = steps.get(cut.at as usize % steps.len().max(1)) else {
+                continue;
+            };
+            match passed.find(cut.position) {
+                Some(number) => {
+                    if tangents[number].cross(step.direction).length() > SMOOTH {
+                        directory.add(*cut);
+                    }
+                }
+                None => {
+                    passed.add(*cut);
+                    tangents.push(step.direction);
+                }
+            }
+        }
+    }
 }
 
 /// The parts of a run between corners.
