@@ -182,6 +182,7 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let deaths = set.statistics.as_ref()?.deaths?;
         number(deaths as f64)
     }),
+    shown("energy", |set| number(set.statistics.as_ref()?.energy?)),
     shown("converged", |set| {
         set.statistics
             .as_ref()
@@ -195,10 +196,25 @@ const SAMPLES: &[Property<SampleSet>] = &[
     shown("max_residual", |set| {
         number(set.samples.residuals.iter().copied().fold(0.0, f64::max))
     }),
+    shown("spacing", |set| number(set.spacing()?.mean)),
+    shown("spacing_deviation", |set| number(set.spacing()?.deviation)),
+    shown("spacing_min", |set| number(set.spacing()?.min)),
+    shown("spacing_max", |set| number(set.spacing()?.max)),
     shown("evaluations", |set| {
         set.statistics
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
+    }),
+    hidden("steps", |set| number(set.statistics.as_ref()?.steps as f64)),
+    hidden("times", |set| {
+        let sample::Times(times) = &set.statistics.as_ref()?.times;
+        let pair = |(phase, time): &(String, std::time::Duration)| {
+            Value::list(vec![
+                Value::text(&**phase),
+                Value::Number(time.as_secs_f64()),
+            ])
+        };
+        Some(Value::list(times.iter().map(pair).collect()))
     }),
     shown("components", |set| count(walked(set)?.components.len())),
     shown("closed", |set| {
@@ -249,9 +265,6 @@ const SAMPLES: &[Property<SampleSet>] = &[
     hidden("weights", |set| {
         let weights = &set.samples.weights;
         (!weights.is_empty()).then(|| Value::numbers(weights.iter().copied()))
-    }),
-    hidden("spacing", |set| {
-        set.spacing().and_then(|spacing| number(spacing.mean))
     }),
     hidden("bounds", |set| {
         Bounds::of_points(set.samples.dimension, set.samples.positions.iter().copied()).map(sides)

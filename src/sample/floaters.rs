@@ -144,13 +144,12 @@ pub(super) fn floaters(
         deaths: Some(run.deaths),
         searches: located.rounds,
         settled: located.settled,
-        bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
         proof,
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
-        curves: None,
-        lines: None,
+        energy: run.population.energy(),
+        ..Statistics::new(located.bounds)
     };
     Ok(Outcome {
         samples,

@@ -38,7 +38,7 @@ mod thin;
 mod trace;
 
 pub use statistics::{
-    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics,
+    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };
 pub use thin::{Keep, thin};
 
@@ -54,6 +54,7 @@ use newton::Point;
 use particle::Motion;
 use random::Stream;
 use release::{Release, release};
+use statistics::Stopwatch;
 
 /// A way to place points on a zero set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -303,7 +304,18 @@ pub fn sample_curve(
     }
     start_box(3, options)?;
     check(options)?;
-    trace::curve(&fields, options, monitor)
+    timed(monitor, |monitor| trace::curve(&fields, options, monitor))
+}
+
+/// Runs a sampler and notes how long its phases took.
+fn timed(
+    monitor: &dyn Monitor,
+    run: impl FnOnce(&dyn Monitor) -> Result<Outcome, SampleError>,
+) -> Result<Outcome, SampleError> {
+    let stopwatch = Stopwatch::new(monitor);
+    let mut outcome = run(&stopwatch)?;
+    outcome.statistics.times = stopwatch.times();
+    Ok(outcome)
 }
 
 /// Samples the zero set of a field.
@@ -325,6 +337,19 @@ pub fn sample(
     let dimension = field.dimension();
     let start_box = start_box(dimension, options)?;
     check(options)?;
+    timed(monitor, |monitor| {
+        by_method(field, start_box, options, monitor)
+    })
+}
+
+/// Leaves the work to the file of the method.
+fn by_method(
+    field: &dyn Field,
+    start_box: Bounds,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, SampleError> {
+    let dimension = field.dimension();
     match options.method {
         Method::Floaters | Method::Relax => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
@@ -383,6 +408,7 @@ fn particles(
         ..first
     };
     let progress = |fraction| monitor.progress("sample", fraction);
+    progress(0.0);
     let (points, tally) = release(&last, monitor, &progress).ok_or(SampleError::Cancelled)?;
     let samples = samples(start_box.dimension, &points);
     let vanishing = points
@@ -397,17 +423,12 @@ fn particles(
         evaluations: searching.evaluations + tally.evaluations,
         dropped: tally.dropped,
         converged: located.settled && rarely_unconverged,
-        births: None,
-        deaths: None,
         searches: located.rounds,
         settled: located.settled,
-        bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
-        proof: None,
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
-        curves: None,
-        lines: None,
+        ..Statistics::new(located.bounds)
     };
     Ok(Outcome {
         samples,

@@ -286,6 +286,9 @@ pub(super) struct Sample {
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
+    /// Tells, at the end, what each part of the work and each phase of the sampler took
+    #[arg(long)]
+    pub(super) timings: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }

@@ -9,5 +9,6 @@ mod options;
 mod particles;
 mod poisson;
 mod rays;
+mod statistics;
 mod thinning;
 mod trace;

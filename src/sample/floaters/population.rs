@@ -374,6 +374,13 @@ impl<'a> Population<'a> {
         self.changed();
     }
 
+    /// The mean of D/α; none without floaters.
+    pub(super) fn energy(&self) -> Option<f64> {
+        let energies = self.floaters.iter().map(|floater| floater.energy);
+        let sum: f64 = energies.sum();
+        (!self.floaters.is_empty()).then(|| sum / self.floaters.len() as f64)
+    }
+
     /// Whether a floater lies in a side of the box.
     pub(super) fn at_wall(&self, floater: &Floater) -> bool {
         let (low, high) = (self.bounds.min, self.bounds.max);
