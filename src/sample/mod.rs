@@ -32,11 +32,13 @@ mod radii;
 mod random;
 mod rays;
 mod release;
+mod rules;
 mod search;
 mod statistics;
 mod thin;
 mod trace;
 
+pub use rules::Rules;
 pub use statistics::{
     CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };
@@ -154,6 +156,11 @@ pub struct Options {
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
     /// particles start all over the bounds.
     pub search_limit: u32,
+    /// The parameters of floaters.
+    pub rules: Rules,
+    /// Whether floaters follow the paper from one seed a component to the end, with the radius
+    /// [`Rules::sigma`], instead of refining a first generation. Then there is no count.
+    pub exact: bool,
     /// The direction of rays; `None`: every direction. Components beyond the dimension don't count.
     pub direction: Option<DVec3>,
 }
@@ -196,6 +203,8 @@ impl Default for Options {
             friction: 0.05,
             iteration_limit: 1000,
             search_limit: 10,
+            rules: Rules::default(),
+            exact: false,
             direction: None,
         }
     }
