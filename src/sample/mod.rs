@@ -547,6 +547,18 @@ fn check(options: &Options) -> Result<(), SampleError> {
     Ok(())
 }
 
+/// Refuses a spacing that asks for too many points, about so many.
+fn refuse_too_fine(spacing: f64, points: f64, limit: u64) -> Result<(), SampleError> {
+    if points <= limit as f64 {
+        return Ok(());
+    }
+    Err(out_of_range(
+        "spacing",
+        &format!("larger, for at most {limit} points"),
+        format!("{spacing} (which takes about {points:.0})"),
+    ))
+}
+
 fn out_of_range(option: &'static str, expected: &str, found: String) -> SampleError {
     SampleError::Option {
         option,

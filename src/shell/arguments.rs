@@ -56,7 +56,7 @@ pub(super) enum Command {
     Mesh(Mesh),
     /// Samples a field's zero set with particles
     #[command(
-        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000\n  imp sample examples/heart.imp --method rays --count 100000 --json"
+        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
     )]
     Sample(Sample),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
@@ -265,19 +265,21 @@ pub(super) struct Sample {
     /// point), relax (Turk's), rays (random lines), poisson (random, at a distance) or grid
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// The distance between neighbouring points, or the side of the grid's cells
+    /// The distance between neighbouring points, or the side of the grid's cells; for floaters also a
+    /// function, as in "p -> 0.02 + 0.1*norm(p)"
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) spacing: Option<String>,
     /// How many points, or how many particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
-    /// Points from which floaters start [default: one or more on every component]
+    /// Points from which floaters start, as in "[[0, 0, 1]]" [default: some on every component]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seeds: Option<String>,
     /// Where randomness starts
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,
-    /// The friction of dynamic particles
+    /// The part of their velocity that friction takes from dynamic particles in a step, up to 1
+    /// [default: 0.05]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
     /// The direction of rays, as in "[0, 0, 1]"; without it they have all directions

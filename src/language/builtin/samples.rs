@@ -242,8 +242,12 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
             failure(Code::BadValue, message).at(arguments.place(option), "this value")
         }
         SampleError::TooMany { .. } => {
-            let mut failure =
-                failure(Code::ParticleLimit, message).at(arguments.place("count"), "this many");
+            let asked = ["count", "spacing"];
+            let asked = asked
+                .into_iter()
+                .find(|name| arguments.given(name).is_some());
+            let place = arguments.place(asked.unwrap_or("count"));
+            let mut failure = failure(Code::ParticleLimit, message).at(place, "this many");
             failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
             failure
         }
@@ -263,6 +267,7 @@ fn warn_about_samples(
     arguments: &Arguments,
     statistics: &sample::Statistics,
 ) {
+    warn_about_missed(session, arguments, statistics);
     if statistics.births.is_some() && !statistics.converged {
         let message = if !statistics.settled {
             "the search for the surface did not come to an end: the surface may be unbounded"
@@ -316,6 +321,40 @@ fn warn_about_samples(
         .label(arguments.span, "sampled here");
         session.host.warn(warning);
     }
+}
+
+/// Cells that remain at singular points, however often they are halved, are smaller than this part
+/// of the box's diagonal: there is no use in warning of them wherever a surface has a corner.
+const TINY: f64 = 1e-3;
+
+/// Warns where a component may be missing, telling how large it can be.
+fn warn_about_missed(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+) {
+    let of_cells = statistics
+        .proof
+        .filter(|proof| proof.left > 0 && proof.largest_left > TINY * statistics.bounds.diagonal());
+    let of_curves = statistics.curves.as_ref().filter(|curves| !curves.proven);
+    let message = match (of_cells, of_curves) {
+        (Some(proof), _) => format!(
+            "components may be missed: nothing could be proven of {} cells of the box, the largest \
+             {:.2e} across, and smaller components, or those that cross several of these cells, \
+             may have no point",
+            proof.left, proof.largest_left
+        ),
+        (None, Some(curves)) => format!(
+            "components may be missed: it could not be proven that the curve has no others, because \
+             {} tiny cells of the box are left undecided",
+            curves.undecided
+        ),
+        (None, None) => return,
+    };
+    let warning = Diagnostic::warning(Code::MaybeMissed, message)
+        .label(arguments.span, "sampled here")
+        .help("give `bounds` that are closer to the surface, or `seeds` on the component that is missing");
+    session.host.warn(warning);
 }
 
 fn warn_about_lines(
