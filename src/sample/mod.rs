@@ -18,6 +18,7 @@
 //! for which a dense sample by rays is thinned out (`poisson`).
 
 mod cover;
+mod creases;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -38,6 +39,7 @@ mod statistics;
 mod thin;
 mod trace;
 
+pub use creases::{Corner, Crease, CreasePoint, CreaseReport, Creases, creases};
 pub use rules::Rules;
 pub use statistics::{
     CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
