@@ -46,6 +46,14 @@ const FISSION_STREAM: u64 = 2 << 32;
 /// The number of points without any wish: a surface, a curve.
 const DEFAULT_COUNT: (u64, u64) = (2000, 500);
 
+/// The number of points without any wish, in this dimension.
+pub(super) fn default_count(dimension: usize) -> u64 {
+    match dimension {
+        2 => DEFAULT_COUNT.1,
+        _ => DEFAULT_COUNT.0,
+    }
+}
+
 /// The coarse radius, in units of the surface's diameter: some hundred floaters.
 const COARSE: (f64, f64) = (1.0 / 40.0, 1.0 / 100.0);
 
@@ -175,16 +183,16 @@ impl Run<'_> {
         let Some(around) = Bounds::of_points(dimension, positions) else {
             return Ok(true);
         };
-        let (default_count, coarse) = match dimension {
-            2 => (DEFAULT_COUNT.1, COARSE.1),
-            _ => (DEFAULT_COUNT.0, COARSE.0),
+        let coarse = match dimension {
+            2 => COARSE.1,
+            _ => COARSE.0,
         };
         self.weigh_seeds(seeds)?;
         let mean = self.population.wanted.map(|(_, mean)| mean);
         let goal = match (self.options.spacing.or(mean), self.options.count) {
             (Some(_), Some(count)) => Goal::Count(count),
             (Some(spacing), _) => Goal::Spacing(spacing),
-            (None, count) => Goal::Count(count.unwrap_or(default_count)),
+            (None, count) => Goal::Count(count.unwrap_or(default_count(dimension))),
         };
         // A zero set that is a single point has no diameter.
         let smallest = 1e-6 * self.population.bounds.diagonal();

@@ -18,6 +18,7 @@
 //! for which a dense sample by rays is thinned out (`poisson`).
 
 mod cover;
+mod density;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -37,6 +38,7 @@ mod statistics;
 mod thin;
 mod trace;
 
+pub use density::{Density, Focus, sample_graded};
 pub use statistics::{
     CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };

@@ -3,6 +3,7 @@
 mod density;
 mod fields;
 mod floaters;
+mod graded;
 mod grid;
 mod lines;
 mod options;
