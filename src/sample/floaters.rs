@@ -7,18 +7,22 @@
 //! the control of the number (`balance`). Here they come together:
 //!
 //! 1. Seeds, on every component of the zero set (`seeds`); thinned out they are the first floaters.
-//! 2. Adaptive repulsion with a radius for each floater, births and deaths, first to a coarse
-//!    spacing, which tells the area, then to ever finer ones, each halving the radius squared.
-//! 3. Balance: the exact number is made, and repulsion with one radius for all, half the
+//! 2. Adaptive repulsion with a radius for each floater, births and deaths, to a coarse
+//!    spacing, which tells the area (`run`).
+//! 3. On creases and in corners, which are known ([`super::creases`]), floaters are put at the wanted spacing
+//!    and stay.
+//! 4. A first generation comes to rest; then every generation is made of the last by births in the
+//!    middle between neighbours (`refinement`).
+//! 5. Balance: the exact number is made, and repulsion with one radius for all, about half the
 //!    spacing, brings them to equilibrium. That is where neighbours are about two radii apart,
 //!    "to guarantee strong repulsion" (section 4.3).
-//! 4. Newton's polish puts every floater on F = 0 to the tolerance.
+//! 6. Newton's polish puts every floater on F = 0 to the tolerance.
+//!
+//! With [`Options::exact`] the paper's adaptive repulsion from one seed a component is all of it.
 //!
 //! It has converged when the number is the one asked for, nobody was born or died any more, and
 //! the root mean square step is a few thousandths of the radius. The cost is linear in the number
-//! of floaters: about 150 evaluations each.
-//!
-//! Limits: points on creases lie on either side rather than exactly on the edge.
+//! of floaters: about 70 evaluations each.
 
 pub(super) mod balance;
 mod fission;
@@ -31,15 +35,17 @@ mod seeds;
 
 use glam::DVec3;
 
+use super::creases::creases;
 use super::newton::{Point, Polish, polish};
 use super::random::Stream;
-use super::statistics::{Dropped, Statistics, Tally};
+use super::statistics::{Creased, Dropped, Statistics, Tally};
 use super::{Options, Outcome, SampleError, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use fission::Dice;
 use population::{Floater, Population};
 use run::Run;
+pub(super) use run::default_count;
 use seeds::{RELEASED, Seeds, seeds};
 
 /// The purpose of the random stream; the preliminary search and the seeds take smaller numbers.
@@ -63,7 +69,21 @@ pub(super) fn floaters(
         located,
         proof,
     } = seeds(field, start_box, options, monitor, &mut search_tally)?;
+    let bounds = located.bounds;
+    let tolerance = options.tolerance * bounds.diagonal();
+    let creases = match field
+        .compiled()
+        .filter(|_| !options.exact && !seeds.is_empty())
+    {
+        Some(compiled) => {
+            let found = creases(compiled, bounds, tolerance, monitor);
+            Some(found.ok_or(SampleError::Cancelled)?)
+        }
+        None => None,
+    };
+    let creased = creases.as_ref().map(Creased::new);
     let mut run = Run {
+        creases: creases.filter(|creases| !creases.corners.is_empty() || !creases.arcs.is_empty()),
         population: Population::new(field, located.bounds, options.rules),
         dice: Dice::new(Stream::new(options.seed, FISSION_STREAM)),
         monitor,
@@ -100,6 +120,10 @@ pub(super) fn floaters(
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
         energy: run.population.energy(),
+        creases: creased.map(|creased| Creased {
+            points: run.population.pinned(),
+            ..creased
+        }),
         ..Statistics::new(located.bounds)
     };
     Ok(Outcome {

@@ -19,6 +19,7 @@
 
 mod cover;
 mod creases;
+mod density;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -40,9 +41,10 @@ mod thin;
 mod trace;
 
 pub use creases::{Corner, Crease, CreasePoint, CreaseReport, Creases, creases};
+pub use density::{Density, Focus, sample_graded};
 pub use rules::Rules;
 pub use statistics::{
-    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
+    Creased, CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };
 pub use thin::{Keep, thin};
 

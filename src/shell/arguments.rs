@@ -56,7 +56,7 @@ pub(super) enum Command {
     Mesh(Mesh),
     /// Samples a field's zero set with particles
     #[command(
-        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
+        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/blobs.imp -o blobs.ply --adapt curvature --contrast 4\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
     )]
     Sample(Sample),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
@@ -272,6 +272,18 @@ pub(super) struct Sample {
     /// How many points, or how many particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
+    /// What the spacing of floaters follows: curvature
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapt: Option<String>,
+    /// With --adapt, the widest spacing over the narrowest, at most [default: 8]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) contrast: Option<String>,
+    /// A field: where it is negative floaters are closer, as in "p -> norm(p - [1, 0, 0]) - 0.2"
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) focus: Option<String>,
+    /// With --focus, how many times closer [default: 3]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) finer: Option<String>,
     /// Points from which floaters start, as in "[[0, 0, 1]]" [default: some on every component]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seeds: Option<String>,

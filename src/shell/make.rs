@@ -41,8 +41,13 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
 /// Samples a field; fails with an exit code.
 pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
+    let adapt = command.adapt.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
+        ("adapt", adapt.as_deref()),
+        ("contrast", command.contrast.as_deref()),
+        ("focus", command.focus.as_deref()),
+        ("finer", command.finer.as_deref()),
         ("spacing", command.spacing.as_deref()),
         ("count", command.count.as_deref()),
         ("seeds", command.seeds.as_deref()),

@@ -4,6 +4,7 @@ mod creases;
 mod density;
 mod fields;
 mod floaters;
+mod graded;
 mod grid;
 mod lines;
 mod options;

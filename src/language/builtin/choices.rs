@@ -9,6 +9,7 @@ pub fn choices(function: &Builtin, parameter: &str) -> Vec<&'static str> {
     match (function.name, parameter) {
         ("polygonize", "method") => vec!["cubes"],
         ("sample", "method") => Method::NAMES.iter().map(|(_, name)| *name).collect(),
+        ("sample", "adapt") => vec!["curvature"],
         ("thin", "keep") => vec!["representative", "barycenter"],
         ("plot", "style") => vec!["shaded", "fill"],
         ("plot", "view") => View::names().collect(),

@@ -15,7 +15,11 @@ use crate::language::function::At;
 use crate::language::product::SampleSet;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::sample::{self, Method, SampleError, Varying};
+use crate::sample::{self, Density, Focus, Method, SampleError, Varying};
+
+/// The contrast of a spacing that follows curvature, and how much finer it is in a focus region.
+const CONTRAST: f64 = 8.0;
+const FINER: f64 = 3.0;
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -31,8 +35,12 @@ pub(super) const TABLE: &[Builtin] = &[
             "tolerance = 1e-9",
             "friction = 0.05",
             "direction =",
+            "adapt =",
+            "contrast = 8",
+            "focus =",
+            "finer = 3",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. With `adapt = \"curvature\"` their spacing follows the smaller radius of curvature, the widest at most `contrast` times the narrowest; where the field `focus` is negative it is `finer` times smaller, and grows again over some spacings; `spacing` is then that of an even sample with as many points, outside of the focus, and a function is multiplied. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
         sample,
     ),
     action(
@@ -79,7 +87,8 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     };
     match arguments.given("spacing").map(|given| given.value.clone()) {
         Some(spacing @ (Value::Field(_) | Value::Function(_))) => {
-            options.varying = Some(varying(session, arguments, spacing, field.dimension())?);
+            let spacing = field_of(session, arguments, "spacing", spacing, field.dimension())?;
+            options.varying = Some(Varying(Arc::new(spacing)));
         }
         _ => options.spacing = arguments.positive(session, "spacing")?,
     }
@@ -104,10 +113,22 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         options.direction =
             Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
     }
-    let outcome = match fields.as_slice() {
-        [first, second] => sample::sample_curve([first, second], &options, &session.monitor()),
-        [field, ..] => sample::sample(field, &options, &session.monitor()),
-        [] => return Err(arguments.expected("a field", "f", &Value::Field(field))),
+    let density = density(session, arguments, field.dimension())?;
+    let monitor = session.monitor();
+    let mut fields = fields.into_iter();
+    let outcome = match (fields.next(), fields.next(), density) {
+        (Some(field), None, None) => sample::sample(&field, &options, &monitor),
+        (Some(field), None, Some(density)) => {
+            sample::sample_graded(Arc::new(field), &density, &options, &monitor)
+        }
+        (Some(first), Some(second), None) => {
+            sample::sample_curve([&first, &second], &options, &monitor)
+        }
+        (_, Some(_), Some(_)) => {
+            let message = "`adapt` and `focus` are for curves in R2 and surfaces in R3";
+            return Err(arguments.bad("f", message.to_owned()));
+        }
+        (None, ..) => return Err(arguments.expected("a field", "f", &Value::Field(field))),
     };
     let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
     let statistics = outcome.statistics;
@@ -147,33 +168,72 @@ fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
     (components.len() == dimension).then_some(vector)
 }
 
-/// A spacing that is a field, or a function of a point or of coordinates.
-fn varying(
+/// What the spacing follows, if anything.
+fn density(
     session: &mut Session,
     arguments: &Arguments,
-    spacing: Value,
     dimension: usize,
-) -> Outcome<Varying> {
-    let place = arguments.place("spacing");
-    let field = match spacing {
+) -> Outcome<Option<Density>> {
+    let contrast = match arguments.text("adapt")?.as_deref() {
+        None => {
+            only_with(arguments, "contrast", "adapt")?;
+            None
+        }
+        Some("curvature") => Some(arguments.positive(session, "contrast")?.unwrap_or(CONTRAST)),
+        Some(other) => {
+            let message = format!("`adapt` must be \"curvature\", not \"{other}\"");
+            return Err(arguments.bad("adapt", message));
+        }
+    };
+    let focus = match arguments.given("focus").map(|given| given.value.clone()) {
+        None => {
+            only_with(arguments, "finer", "focus")?;
+            None
+        }
+        Some(region) => Some(Focus {
+            region: Arc::new(field_of(session, arguments, "focus", region, dimension)?),
+            finer: arguments.positive(session, "finer")?.unwrap_or(FINER),
+        }),
+    };
+    let follows = contrast.is_some() || focus.is_some();
+    Ok(follows.then_some(Density { contrast, focus }))
+}
+
+/// Refuses an argument that says something about another one which is not given.
+fn only_with(arguments: &Arguments, name: &'static str, other: &str) -> Outcome<()> {
+    match arguments.given(name) {
+        None => Ok(()),
+        Some(_) => Err(arguments.bad(name, format!("`{name}` has no meaning without `{other}`"))),
+    }
+}
+
+/// A field, or a function of a point or of coordinates.
+fn field_of(
+    session: &mut Session,
+    arguments: &Arguments,
+    name: &'static str,
+    value: Value,
+    dimension: usize,
+) -> Outcome<CompiledField> {
+    let place = arguments.place(name);
+    let field = match value {
         Value::Field(field) => field,
         Value::Function(function) => {
             let as_point = function.parameter_count() == 1 && dimension > 1;
             session.function_as_field(&function, dimension, as_point, place)?
         }
-        other => return Err(arguments.expected("a number or a function", "spacing", &other)),
+        other => return Err(arguments.expected("a field or a function", name, &other)),
     };
     if field.dimension() != dimension {
         let message = format!(
-            "`spacing` has {} coordinates, but the field has {dimension}",
+            "`{name}` has {} coordinates, but the field has {dimension}",
             field.dimension()
         );
-        return Err(arguments.bad("spacing", message));
+        return Err(arguments.bad(name, message));
     }
-    let compiled = field
+    field
         .compiled(&mut session.graph, session.parameters.values())
-        .at(place, "this spacing")?;
-    Ok(Varying(Arc::new(compiled)))
+        .at(place, "this field")
 }
 
 /// The points that a list of lists of numbers, or a sample, stands for.

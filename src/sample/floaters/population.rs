@@ -23,6 +23,7 @@ use super::repulsion::{CUTOFF, Pairing, Repulsion, Source, desired_energy, repul
 use crate::engine::Field;
 use crate::geometry::Bounds;
 use crate::sample::Rules;
+use crate::sample::creases::Creases;
 use crate::sample::evaluation::{Batch, Evaluation};
 use crate::sample::newton::Point;
 use crate::sample::statistics::Tally;
@@ -273,6 +274,40 @@ impl<'a> Population<'a> {
             listed: Vec::new(),
             tally: Tally::default(),
         }
+    }
+
+    /// Puts fixed floaters on creases and in corners, at a spacing times the weights there, in the
+    /// place of those that there are.
+    pub(super) fn pin(&mut self, creases: &Creases, spacing: f64) {
+        let wanted = self.wanted;
+        let weight = |place: DVec3| match wanted {
+            None => 1.0,
+            Some((wanted, mean)) => {
+                let weight = wanted.value(place) / mean;
+                weight.clamp(1.0 / HEAVIEST, HEAVIEST)
+            }
+        };
+        let points = creases.points(&|place| spacing * weight(place));
+        let places: Vec<DVec3> = points.iter().map(|point| point.position).collect();
+        let there = self.evaluate(&places);
+        self.floaters.retain(|floater| !floater.is_fixed);
+        for (position, here) in places.into_iter().zip(there) {
+            let weight = weight(position);
+            self.floaters.push(Floater {
+                weight,
+                is_fixed: true,
+                ..Floater::at_rest(Point { position, here }, 0.5 * spacing * weight)
+            });
+        }
+        self.changed();
+    }
+
+    /// How many floaters are on creases and in corners.
+    pub(super) fn pinned(&self) -> u64 {
+        self.floaters
+            .iter()
+            .filter(|floater| floater.is_fixed)
+            .count() as u64
     }
 
     /// To be called when floaters were added or removed.

@@ -5,6 +5,7 @@ use super::fission::{Dice, Target};
 use super::population::{Floater, Motion, Population, SETTLING, SPREADING, WARY};
 use crate::engine::Monitor;
 use crate::geometry::Bounds;
+use crate::sample::creases::Creases;
 use crate::sample::newton::Point;
 use crate::sample::{Method, Options, SampleError, Varying, out_of_range};
 
@@ -68,6 +69,14 @@ const SETTLE_LIMIT: u32 = 400;
 /// How often balance begins anew because floaters had to be merged.
 const ATTEMPTS: u32 = 2;
 
+/// The number of points without any wish, in this dimension.
+pub(in crate::sample) fn default_count(dimension: usize) -> u64 {
+    match dimension {
+        2 => DEFAULT_COUNT.1,
+        _ => DEFAULT_COUNT.0,
+    }
+}
+
 /// What was asked for.
 #[derive(Clone, Copy)]
 enum Goal {
@@ -78,6 +87,8 @@ enum Goal {
 /// One run of floaters.
 pub(super) struct Run<'a> {
     pub(super) population: Population<'a>,
+    /// Creases and corners, on which floaters stay.
+    pub(super) creases: Option<Creases>,
     pub(super) dice: Dice,
     pub(super) monitor: &'a dyn Monitor,
     pub(super) options: &'a Options,
@@ -124,15 +135,12 @@ impl Run<'_> {
     }
 
     fn goal(&self) -> Goal {
-        let default_count = match self.population.bounds.dimension {
-            2 => DEFAULT_COUNT.1,
-            _ => DEFAULT_COUNT.0,
-        };
+        let dimension = self.population.bounds.dimension;
         let mean = self.population.wanted.map(|(_, mean)| mean);
         match (self.options.spacing.or(mean), self.options.count) {
             (Some(_), Some(count)) => Goal::Count(count),
             (Some(spacing), _) => Goal::Spacing(spacing),
-            (None, count) => Goal::Count(count.unwrap_or(default_count)),
+            (None, count) => Goal::Count(count.unwrap_or(default_count(dimension))),
         }
     }
 
@@ -196,6 +204,7 @@ impl Run<'_> {
             .floor()
             .clamp(0.0, 40.0);
         let first = (expected / f64::powf(factor, generations)).round().max(1.0);
+        self.pin(first)?;
         self.balance(Goal::Count(first as u64))?;
         self.steps("settle", FIRST_STEPS, &SPREADING)?;
         for generation in 0..generations as u32 {
@@ -204,12 +213,26 @@ impl Run<'_> {
                 self.repair()?;
             }
             self.births += self.population.refine() as u64;
-            self.population.measure();
+            self.pin(first * f64::powi(factor, generation as i32 + 1))?;
         }
         if generations > 0.0 {
             self.steps("refine", NEXT_STEPS, &SPREADING)?;
             self.repair()?;
         }
+        Ok(())
+    }
+
+    /// Puts floaters on creases and in corners, as far apart as so many are on the whole surface.
+    /// Those of before are taken away.
+    fn pin(&mut self, number: f64) -> Result<(), SampleError> {
+        let area = self.population.measure();
+        let spacing = spacing_for(self.population.bounds.dimension, area, number);
+        let Some(creases) = &self.creases else {
+            return Ok(());
+        };
+        self.ask("creases", 0.0)?;
+        self.population.pin(creases, spacing);
+        self.deaths += self.population.merge() as u64;
         Ok(())
     }
 
@@ -237,6 +260,7 @@ impl Run<'_> {
         let dimension = self.population.bounds.dimension;
         let generations = (expected / FIRST_OF_TURK).log2().round().clamp(0.0, 60.0) as u32;
         let first = (expected / (1_u64 << generations) as f64).round().max(1.0);
+        self.pin(first)?;
         self.balance(Goal::Count(first as u64))?;
         // Neighbours come nearer by √2 on a surface, by 2 on a curve.
         let shrink = if dimension == 2 {
@@ -246,10 +270,11 @@ impl Run<'_> {
         };
         let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
         self.settle()?;
-        for _ in 0..generations {
+        for generation in 0..generations {
             self.births += self.population.split_all(&mut self.dice) as u64;
             radius *= shrink;
             self.population.level(radius);
+            self.pin(first * f64::powi(2.0, generation as i32 + 1))?;
             self.settle()?;
         }
         Ok(())
