@@ -59,6 +59,10 @@ impl Gap {
     }
 }
 
+/// The same for one beside a floater on a crease: it may lie between two of them on the crease, a
+/// radius from each.
+const COINCIDENT_WITH_FIXED: f64 = 1.1;
+
 /// Cosine and sine of twelve directions.
 const DIRECTIONS: [(f64, f64); 12] = {
     const H: f64 = HEXAGON;
@@ -244,7 +248,9 @@ impl Population<'_> {
                 let with = &self.floaters[other];
                 let both_on_crease = is_on_crease(own) && is_on_crease(with);
                 let one_on_crease = is_on_crease(own) || is_on_crease(with);
-                let closest = if both_on_crease {
+                let closest = if with.is_fixed {
+                    COINCIDENT_WITH_FIXED
+                } else if both_on_crease {
                     COINCIDENT_ON_CREASE
                 } else {
                     COINCIDENT

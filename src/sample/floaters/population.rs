@@ -40,6 +40,10 @@ const FARTHEST_OFF: f64 = 0.5;
 /// The least courage: a floater that is refused or thrown to and fro moves this much slower.
 const SLOWEST: f64 = 0.01;
 
+/// Where the surface meets a side of the box at a smaller angle (the sine), the way along the side
+/// to the surface is too long to go.
+const STEEPEST: f64 = 0.2;
+
 /// A step on which the normal turns farther (the cosine) crosses a crease.
 const CREASE: f64 = 0.7;
 
@@ -123,7 +127,8 @@ impl Floater {
             self.courage = (1.1 * self.courage).min(1.0);
         }
         inertia = tangential(inertia, normal);
-        let mut distance = -self.here.value / self.here.gradient.dot(normal);
+        let off = -self.here.value / self.here.gradient.dot(normal);
+        let mut distance = off;
         for axis in 0..bounds.dimension {
             let at_low = self.position[axis] <= bounds.min[axis];
             let at_high = self.position[axis] >= bounds.max[axis];
@@ -132,8 +137,16 @@ impl Floater {
                 // The wall takes this component; the rest keeps to the curve of the cut.
                 let mut within = normal;
                 within[axis] = 0.0;
-                let length = within.length();
-                if length < 0.05 {
+                let mut length = within.length();
+                if length < STEEPEST {
+                    // In an edge of the box it would be a long way: the other side lets go.
+                    within = self.normal;
+                    within[axis] = 0.0;
+                    length = within.length();
+                    distance = off;
+                    inertia = DVec3::ZERO;
+                }
+                if length < STEEPEST {
                     continue;
                 }
                 distance /= length;

@@ -37,6 +37,10 @@ const QUIET_TO_THE_END: (usize, f64) = (40, 0.005);
 const FIRST_GENERATION: f64 = 200.0;
 const FIRST_OF_TURK: f64 = 100.0;
 
+/// Numbers that differ by more than this factor are made alike by fission and death before births and
+/// deaths in the balance, which are few at a time.
+const FEWEST_TO_BALANCE: f64 = 0.8;
+
 /// Steps after which a generation is in order: the first, and one whose pattern comes from its parents'.
 const FIRST_STEPS: u32 = 120;
 const NEXT_STEPS: u32 = 12;
@@ -204,8 +208,7 @@ impl Run<'_> {
             .floor()
             .clamp(0.0, 40.0);
         let first = (expected / f64::powf(factor, generations)).round().max(1.0);
-        self.pin(first)?;
-        self.balance(Goal::Count(first as u64))?;
+        self.start(first)?;
         self.steps("settle", FIRST_STEPS, &SPREADING)?;
         for generation in 0..generations as u32 {
             if generation > 0 {
@@ -219,6 +222,19 @@ impl Run<'_> {
             self.steps("refine", NEXT_STEPS, &SPREADING)?;
             self.repair()?;
         }
+        Ok(())
+    }
+
+    /// Makes a first generation of so many.
+    fn start(&mut self, number: f64) -> Result<(), SampleError> {
+        let area = self.population.measure();
+        let spacing = spacing_for(self.population.bounds.dimension, area, number);
+        let ratio = self.population.floaters.len() as f64 / number;
+        if !(FEWEST_TO_BALANCE..=1.0 / FEWEST_TO_BALANCE).contains(&ratio) {
+            self.populate(Target::many(PAPER_RADIUS * spacing), POPULATE_LIMIT, QUIET)?;
+        }
+        self.pin(number)?;
+        self.balance(Goal::Count(number as u64))?;
         Ok(())
     }
 
@@ -260,8 +276,7 @@ impl Run<'_> {
         let dimension = self.population.bounds.dimension;
         let generations = (expected / FIRST_OF_TURK).log2().round().clamp(0.0, 60.0) as u32;
         let first = (expected / (1_u64 << generations) as f64).round().max(1.0);
-        self.pin(first)?;
-        self.balance(Goal::Count(first as u64))?;
+        self.start(first)?;
         // Neighbours come nearer by √2 on a surface, by 2 on a curve.
         let shrink = if dimension == 2 {
             0.5
