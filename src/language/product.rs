@@ -193,6 +193,10 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.dropped.total() as f64))
     }),
+    hidden("spurious", |set| {
+        let statistics = set.statistics.as_ref()?;
+        number(statistics.dropped.spurious as f64)
+    }),
     shown("max_residual", |set| {
         number(set.samples.residuals.iter().copied().fold(0.0, f64::max))
     }),

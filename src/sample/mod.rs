@@ -121,6 +121,30 @@ impl Method {
     }
 }
 
+/// What the particles of Figueiredo and Gomes move down, and vanishes on the zero set alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Potential {
+    /// |F|: the force is as large close to the surface as far from it, and turns round on it.
+    #[default]
+    Absolute,
+    /// F²: the force is continuous. It has more spurious attractors.
+    Square,
+}
+
+impl Potential {
+    /// All potentials with their names.
+    pub const NAMES: &[(Potential, &str)] = &[
+        (Potential::Absolute, "absolute"),
+        (Potential::Square, "square"),
+    ];
+
+    /// The potential of this name.
+    pub fn named(name: &str) -> Option<Potential> {
+        let mut named = Potential::NAMES.iter().filter(|(_, known)| *known == name);
+        named.next().map(|(potential, _)| *potential)
+    }
+}
+
 /// What a sampler is asked to do. The default suits every field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -155,6 +179,8 @@ pub struct Options {
     /// (γ δ, without a unit); above 0 and at most 1. Less friction passes more spurious
     /// attractors and takes more steps.
     pub friction: f64,
+    /// What kinematic and dynamic particles move down.
+    pub potential: Potential,
     /// The largest number of steps of a particle.
     pub iteration_limit: u32,
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
@@ -205,6 +231,7 @@ impl Default for Options {
             bounds: None,
             tolerance: 1e-9,
             friction: 0.05,
+            potential: Potential::default(),
             iteration_limit: 1000,
             search_limit: 10,
             rules: Rules::default(),
@@ -365,7 +392,11 @@ fn by_method(
     let dimension = field.dimension();
     match options.method {
         Method::Floaters | Method::Relax => floaters::floaters(field, start_box, options, monitor),
-        Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
+        Method::Kinematic => {
+            let potential = options.potential;
+            let motion = kinematic::Kinematic { potential };
+            particles(field, &motion, start_box, options, monitor)
+        }
         Method::Trace if dimension == 2 => trace::curve(&[field], options, monitor),
         Method::Trace if dimension == 3 => trace::surface(field, options, monitor),
         Method::Trace => Err(SampleError::Method {
@@ -374,14 +405,11 @@ fn by_method(
             other: Method::Kinematic.name(),
         }),
         Method::Dynamic => {
-            let friction = options.friction;
-            particles(
-                field,
-                &dynamic::Dynamic { friction },
-                start_box,
-                options,
-                monitor,
-            )
+            let motion = dynamic::Dynamic {
+                friction: options.friction,
+                potential: options.potential,
+            };
+            particles(field, &motion, start_box, options, monitor)
         }
         Method::Rays => rays::rays(field, start_box, options, monitor),
         Method::Grid => grid::grid(field, start_box, options, monitor),
@@ -535,6 +563,10 @@ fn check(options: &Options) -> Result<(), SampleError> {
     }
     if !(options.friction > 0.0 && options.friction <= 1.0) {
         return range("friction", "above 0 and at most 1", &options.friction);
+    }
+    let flies = matches!(options.method, Method::Kinematic | Method::Dynamic);
+    if options.potential != Potential::default() && !flies {
+        return range("potential", "left out with this method", &"\"square\"");
     }
     if let Some(direction) = options.direction {
         if options.method != Method::Rays {

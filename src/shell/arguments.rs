@@ -294,6 +294,9 @@ pub(super) struct Sample {
     /// [default: 0.05]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
+    /// What kinematic and dynamic particles move down: absolute, |F|, or square, F² [default: absolute]
+    #[arg(long, value_name = "NAME")]
+    pub(super) potential: Option<String>,
     /// The direction of rays, as in "[0, 0, 1]"; without it they have all directions
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) direction: Option<String>,

@@ -41,6 +41,7 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
 /// Samples a field; fails with an exit code.
 pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
+    let potential = command.potential.as_deref().map(quoted);
     let adapt = command.adapt.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
@@ -53,6 +54,7 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         ("seeds", command.seeds.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),
+        ("potential", potential.as_deref()),
         ("direction", command.direction.as_deref()),
         ("tolerance", command.tolerance.as_deref()),
     ];

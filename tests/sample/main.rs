@@ -1,5 +1,6 @@
 //! The samplers as the rest of the program uses them: through the `Field` trait alone.
 
+mod convergence;
 mod creases;
 mod density;
 mod fields;
