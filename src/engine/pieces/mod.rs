@@ -28,10 +28,8 @@ use super::{CompiledField, Field, Monitor, Program};
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Graph, Node, NodeId};
 
-/// Halvings after which cells are handed out as they are, and those after which cells are given up
-/// whose choices are too many.
-const FINE: u32 = 6;
-const DEEPEST: u32 = 10;
+/// Cells whose choices are too many are given up after so many more halvings.
+const DEEPER: u32 = 4;
 
 /// The most cells that are looked at.
 const MOST_CELLS: usize = 1 << 19;
@@ -68,6 +66,7 @@ pub struct Pieces {
     low: DVec3,
     high: DVec3,
     dimension: usize,
+    deepest: u32,
     /// The meetings' places by depth and index.
     places: HashMap<(u32, [u32; 3]), u32>,
 }
@@ -76,7 +75,7 @@ impl Pieces {
     /// The place of the meeting in whose cell a point lies.
     fn at(&self, point: DVec3) -> Option<usize> {
         let part = (point - self.low) / (self.high - self.low);
-        (0..=DEEPEST).find_map(|depth| {
+        (0..=self.deepest).find_map(|depth| {
             let cells = f64::from(1_u32 << depth);
             let index = [0, 1, 2].map(|axis| match axis < self.dimension {
                 true => (part[axis] * cells).clamp(0.0, cells - 1.0) as u32,
@@ -135,15 +134,18 @@ struct Piece {
     steps: Vec<Step>,
 }
 
-/// The pieces of a field, and where in the box two or more may vanish. `None` if the monitor
-/// cancelled.
+/// The pieces of a field, and where in the box two or more may vanish. Cells are handed out after so
+/// many halvings (at most 16) at the latest, those in which just two pieces meet as soon as that is
+/// known. `None` if the monitor cancelled.
 pub fn pieces(
     field: &CompiledField,
     low: DVec3,
     high: DVec3,
+    halvings: u32,
     monitor: &dyn Monitor,
 ) -> Option<Pieces> {
-    let mut search = Search::new(field, low, high);
+    let halvings = halvings.min(16);
+    let mut search = Search::new(field, low, high, halvings);
     let steps = match field.program().first_root() {
         Some((graph, root)) => {
             let (graph, root) = with_numbers(graph, root, field.parameters());
@@ -160,20 +162,21 @@ pub fn pieces(
         false => Vec::new(),
     };
     let mut seen = 0;
-    for depth in 0..=DEEPEST {
+    let deepest = halvings + DEEPER;
+    for depth in 0..=deepest {
         if level.is_empty() {
             break;
         }
         if monitor.cancelled() {
             return None;
         }
-        monitor.progress("pieces", f64::from(depth) / f64::from(DEEPEST));
+        monitor.progress("pieces", f64::from(depth) / f64::from(deepest));
         seen += level.len();
         let judged: Vec<Judged> = level
             .par_iter()
             .filter_map(|open| search.judge(open, depth))
             .collect();
-        let is_last = depth == DEEPEST || seen > MOST_CELLS;
+        let is_last = depth == deepest || seen > MOST_CELLS;
         let mut next = Vec::new();
         for cell in judged {
             if !search.settle(&cell, depth, is_last) {
@@ -207,6 +210,7 @@ fn with_numbers(graph: &Graph, root: NodeId, q: &[f64]) -> (Graph, NodeId) {
 /// What is found on the way.
 struct Search {
     dimension: usize,
+    halvings: u32,
     low: DVec3,
     high: DVec3,
     /// Of all pieces.
@@ -220,13 +224,14 @@ struct Search {
 }
 
 impl Search {
-    fn new(field: &CompiledField, mut low: DVec3, mut high: DVec3) -> Search {
+    fn new(field: &CompiledField, mut low: DVec3, mut high: DVec3, halvings: u32) -> Search {
         let dimension = field.dimension();
         for axis in dimension..3 {
             (low[axis], high[axis]) = (0.0, 0.0);
         }
         Search {
             dimension,
+            halvings,
             low,
             high,
             graph: Graph::new(),
@@ -312,7 +317,7 @@ impl Search {
             return true;
         }
         let is_plain = pieces.len() == 2 && singular.is_empty();
-        if !is_plain && depth < FINE && !is_last {
+        if !is_plain && depth < self.halvings && !is_last {
             return false;
         }
         pieces.sort_unstable();
@@ -381,6 +386,7 @@ impl Search {
             low: self.low,
             high: self.high,
             dimension: self.dimension,
+            deepest: self.halvings + DEEPER,
             places: self.places,
         }
     }

@@ -110,15 +110,6 @@ fn follow_pair(
     };
     let traced = trace(&walker, &region, &Quiet(monitor))?;
     let mut undecided = traced.undecided;
-    if std::env::var("DBG").is_ok() {
-        eprintln!(
-            "DEBUG {pair:?} places {} comps {} und {} evals {}",
-            places.len(),
-            traced.components.len(),
-            undecided,
-            system.counts().0
-        );
-    }
     let mut curves = Vec::new();
     for component in traced.components {
         let (runs, left) = runs(setting, &system, pair, &component, &traced.events);
@@ -173,7 +164,7 @@ fn are_one(system: &System, pieces: &Pieces, places: &[usize]) -> bool {
 }
 
 /// Passes only the wish to stop on: each pair has a progress of its own.
-struct Quiet<'a>(&'a dyn Monitor);
+pub(super) struct Quiet<'a>(pub(super) &'a dyn Monitor);
 
 impl Monitor for Quiet<'_> {
     fn progress(&self, _phase: &str, _fraction: f64) {}

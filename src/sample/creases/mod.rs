@@ -34,6 +34,14 @@ use super::trace::System;
 use crate::engine::{CompiledField, Field, Monitor, Pieces, pieces};
 use crate::geometry::Bounds;
 
+/// Halvings of the box into the cells in which pieces meet.
+const HALVINGS: u32 = 6;
+
+/// Further halvings of cells in which a piece may have no gradient, and the most cells that are looked
+/// at so closely.
+const CLOSER: u32 = 3;
+const CLOSER_LOOKS: usize = 1 << 10;
+
 /// A crease: a curve between two corners or sides of the box, or a closed one.
 #[derive(Clone, Debug)]
 pub struct Crease {
@@ -123,7 +131,7 @@ pub fn creases(
     tolerance: f64,
     monitor: &dyn Monitor,
 ) -> Option<Creases> {
-    let pieces = pieces(field, bounds.min, bounds.max, monitor)?;
+    let pieces = pieces(field, bounds.min, bounds.max, HALVINGS, monitor)?;
     let setting = Setting::new(field, &pieces, bounds, tolerance);
     let mut report = CreaseReport {
         pieces: pieces.fields.len() as u64,
@@ -146,7 +154,7 @@ pub fn creases(
         }
         _ => (Vec::new(), Vec::new()),
     };
-    report.undecided += singular(&setting, &arcs, &corners);
+    report.undecided += singular(&setting, &arcs, &corners, monitor)?;
     let field = CompiledField::new(field.program().clone(), field.parameters().to_vec());
     Some(Creases {
         arcs,
@@ -159,8 +167,14 @@ pub fn creases(
     })
 }
 
-/// The number of cells in which a piece may have no gradient, and where no crease was found.
-fn singular(setting: &Setting, arcs: &[Crease], corners: &[Corner]) -> u64 {
+/// The number of cells in which a piece may have no gradient, and where no crease was found; a closer
+/// look clears most. `None` if the monitor cancelled.
+fn singular(
+    setting: &Setting,
+    arcs: &[Crease],
+    corners: &[Corner],
+    monitor: &dyn Monitor,
+) -> Option<u64> {
     let steps = arcs.iter().flat_map(|arc| &arc.parts);
     let steps = steps.flat_map(|part| &part.steps);
     let on_arcs = steps.flat_map(|step| {
@@ -175,7 +189,20 @@ fn singular(setting: &Setting, arcs: &[Crease], corners: &[Corner]) -> u64 {
     let meetings = setting.pieces.meetings.iter().enumerate();
     let unseen =
         meetings.filter(|(place, meeting)| !meeting.singular.is_empty() && !seen.contains(place));
-    unseen.count() as u64
+    let mut count = 0;
+    for (number, (_, meeting)) in unseen.enumerate() {
+        if number < CLOSER_LOOKS {
+            let (low, high) = (meeting.low, meeting.high);
+            let quiet = curves::Quiet(monitor);
+            let found = pieces(setting.field, low, high, CLOSER, &quiet)?;
+            let mut meetings = found.meetings.iter();
+            let is_clear = meetings.all(|part| part.singular.is_empty());
+            count += u64::from(!(is_clear && found.undecided.is_empty()));
+        } else {
+            count += 1;
+        }
+    }
+    Some(count)
 }
 
 impl Creases {

@@ -33,6 +33,10 @@ const MOST_CELLS: u64 = 1 << 17;
 /// Gradients between which no larger sine is possible in a cell are judged by those at one point.
 const NARROW: f64 = 0.4;
 
+/// Where surfaces touch, they are close to each other up to this distance from there, as a part of the
+/// diagonal.
+const TOUCH: f64 = 1.0 / 64.0;
+
 /// Cells enclosed at a time.
 const BATCH: usize = 256;
 
@@ -264,7 +268,7 @@ impl Search<'_> {
             let local = system.local(middle);
             local.is_some_and(|local| local.direction().length() < 0.5 * smallest)
         };
-        let reach = cell.size().max_element();
+        let reach = cell.size().max_element().max(TOUCH * system.diagonal);
         known.sine < smallest || in_middle() || system.touching(middle, reach, 0.5 * smallest)
     }
 
