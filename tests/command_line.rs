@@ -126,11 +126,20 @@ fn sample_reports_what_it_made() {
     assert_eq!(report["method"], json!("floaters"));
     assert_eq!(report["converged"], json!(true));
     assert!(report["max_residual"].as_f64().unwrap() < 1e-8);
-    assert!(report["spacing"]["mean"].as_f64().unwrap() > 0.0);
+    let spacing = |key: &str| report["spacing"][key].as_f64().unwrap();
+    assert!(0.0 < spacing("min") && spacing("min") <= spacing("mean"));
+    assert!(spacing("mean") <= spacing("max") && spacing("deviation") < spacing("mean"));
     let points = report["points"].as_u64().unwrap() as usize;
     let csv = std::fs::read_to_string(folder.path().join("ball.csv")).unwrap();
     assert_eq!(csv.lines().count(), points + 1);
-    for key in ["iterations", "births", "deaths", "evaluations", "seconds"] {
+    for key in [
+        "iterations",
+        "births",
+        "deaths",
+        "energy",
+        "evaluations",
+        "seconds",
+    ] {
         assert!(report[key].is_number(), "{key}");
     }
 }

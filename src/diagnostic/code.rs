@@ -111,6 +111,7 @@ codes! {
     W0810 ConstantField "field that is constant on its box",
     W0811 UndefinedField "field that is not a number anywhere in its box",
     W0812 SingularPoints "gradient that vanishes on the zero set",
+    W0813 MaybeMissed "components that may have been missed",
 }
 
 impl Code {

@@ -5,13 +5,15 @@ use std::io::{self, Write};
 use super::sample_columns;
 use crate::geometry::{Curves, Samples};
 
-/// Columns `x,y,z,nx,ny,nz,radius,residual`, one line a sample.
+/// Columns `x,y,z,nx,ny,nz,radius,residual`, with tangents `tx,ty,tz` too and with weights `weight`;
+/// one line a sample.
 pub(super) fn write_samples(output: &mut dyn Write, samples: &Samples) -> io::Result<()> {
-    writeln!(output, "{}", sample_columns::NAMES.join(","))?;
-    for [first, rest @ ..] in sample_columns::rows(samples) {
-        write!(output, "{first:?}")?;
-        for value in rest {
-            write!(output, ",{value:?}")?;
+    writeln!(output, "{}", sample_columns::names(samples).join(","))?;
+    for row in sample_columns::rows(samples) {
+        let mut comma = "";
+        for value in row {
+            write!(output, "{comma}{value:?}")?;
+            comma = ",";
         }
         writeln!(output)?;
     }
@@ -42,7 +44,7 @@ pub(super) fn write_curves(output: &mut dyn Write, curves: &Curves) -> io::Resul
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_values::{plane_curves, samples, space_curves, text};
+    use super::super::test_values::{plane_curves, samples, samples_of_lines, space_curves, text};
     use super::*;
 
     /// The header and the numbers of each line.
@@ -63,6 +65,18 @@ mod tests {
             assert_eq!(row[..3], samples.positions[k].to_array());
             assert_eq!(row[3..6], samples.normals[k].to_array());
             assert_eq!(row[6..], [samples.radii[k], samples.residuals[k]]);
+        }
+    }
+
+    #[test]
+    fn tangents_and_weights_have_columns_where_there_are_any() {
+        let samples = samples_of_lines();
+        let text = text(write_samples, &samples);
+        let (header, rows) = read(&text);
+        assert_eq!(header, "x,y,z,nx,ny,nz,radius,residual,tx,ty,tz,weight");
+        for (k, row) in rows.iter().enumerate() {
+            assert_eq!(row[8..11], samples.tangents[k].to_array());
+            assert_eq!(row[11..], [samples.weights[k]]);
         }
     }
 

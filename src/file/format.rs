@@ -62,7 +62,7 @@ pub static FORMATS: &[Format] = &[
         name: "PLY",
         extensions: &["ply"],
         documentation: "Binary PLY in double precision: meshes with normals, samples with normals, \
-                        radii and residuals.",
+                        radii and residuals, tangents and weights where there are any.",
         mesh: Some(ply::write_mesh),
         plane_curves: None,
         space_curves: None,

@@ -13,7 +13,7 @@ pub(super) fn write_mesh(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> 
     write_vertex_header(
         output,
         mesh.positions.len(),
-        &sample_columns::NAMES[..columns],
+        &sample_columns::VECTORS[..columns],
     )?;
     writeln!(output, "element face {}", mesh.triangles.len())?;
     writeln!(output, "property list uchar uint vertex_indices")?;
@@ -34,9 +34,14 @@ pub(super) fn write_mesh(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> 
     Ok(())
 }
 
-/// Vertices with `x y z nx ny nz radius residual`.
+/// Vertices with `x y z nx ny nz radius residual`, with tangents `tx ty tz` too and with weights
+/// `weight`.
 pub(super) fn write_samples(output: &mut dyn Write, samples: &Samples) -> io::Result<()> {
-    write_vertex_header(output, samples.positions.len(), &sample_columns::NAMES)?;
+    write_vertex_header(
+        output,
+        samples.positions.len(),
+        &sample_columns::names(samples),
+    )?;
     writeln!(output, "end_header")?;
     for row in sample_columns::rows(samples) {
         write_doubles(output, &row)?;
@@ -67,7 +72,7 @@ fn write_doubles(output: &mut dyn Write, values: &[f64]) -> io::Result<()> {
 mod tests {
     use glam::DVec3;
 
-    use super::super::test_values::{bytes, mesh, mesh_without_normals, samples};
+    use super::super::test_values::{bytes, mesh, mesh_without_normals, samples, samples_of_lines};
     use super::*;
 
     /// The header lines and what follows.
@@ -147,6 +152,22 @@ mod tests {
             assert_eq!(DVec3::from_slice(&row[..3]), samples.positions[k]);
             assert_eq!(DVec3::from_slice(&row[3..6]), samples.normals[k]);
             assert_eq!(row[6..], [samples.radii[k], samples.residuals[k]]);
+        }
+    }
+
+    #[test]
+    fn tangents_and_weights_have_properties_where_there_are_any() {
+        let samples = samples_of_lines();
+        let bytes = bytes(write_samples, &samples);
+        let (header, body) = split(&bytes);
+        let names = ["tx", "ty", "tz", "weight"];
+        assert_eq!(
+            header[12..],
+            names.map(|name| format!("property double {name}"))
+        );
+        for (k, row) in doubles(body).chunks(12).enumerate() {
+            assert_eq!(DVec3::from_slice(&row[8..11]), samples.tangents[k]);
+            assert_eq!(row[11], samples.weights[k]);
         }
     }
 }

@@ -55,6 +55,15 @@ pub(super) fn samples() -> Samples {
     }
 }
 
+/// The same with tangents and weights.
+pub(super) fn samples_of_lines() -> Samples {
+    Samples {
+        tangents: (1..5).map(unit).collect(),
+        weights: AWKWARD[1..5].to_vec(),
+        ..samples()
+    }
+}
+
 /// Three columns and two rows, every pixel different, some of them transparent.
 pub(super) fn image() -> Image {
     let pixel = |number: u8| {

@@ -17,6 +17,8 @@ pub struct Spacing {
     pub min: f64,
     /// The mean distance.
     pub mean: f64,
+    /// The standard deviation from the mean.
+    pub deviation: f64,
     /// The greatest distance.
     pub max: f64,
 }
@@ -29,9 +31,14 @@ impl Samples {
             return None;
         }
         let distances = nearest_distances(&self.positions);
+        let number = distances.len() as f64;
+        let mean = sum(distances.iter().copied()) / number;
+        let offsets = distances.iter().map(|distance| distance - mean);
+        let squares = offsets.map(|offset| offset * offset);
         Some(Spacing {
             min: distances.iter().copied().fold(f64::INFINITY, f64::min),
-            mean: sum(distances.iter().copied()) / distances.len() as f64,
+            mean,
+            deviation: (sum(squares) / number).sqrt(),
             max: distances.iter().copied().fold(0.0, f64::max),
         })
     }
@@ -243,6 +250,7 @@ mod tests {
         let even = Spacing {
             min: 0.5,
             mean: 0.5,
+            deviation: 0.0,
             max: 0.5,
         };
         assert_eq!(samples.spacing(), Some(even));
@@ -250,6 +258,9 @@ mod tests {
         let spacing = samples.spacing().unwrap();
         assert_eq!((spacing.min, spacing.max), (0.5, 2.0));
         assert_eq!(spacing.mean, (1600.0 * 0.5 + 2.0) / 1601.0);
+        // One of n + 1 values is off by d: the variance is d² n / (n + 1)².
+        let deviation = 1.5 * 1600_f64.sqrt() / 1601.0;
+        assert!((spacing.deviation - deviation).abs() < 1e-15);
     }
 
     #[test]

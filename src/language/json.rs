@@ -25,8 +25,10 @@ pub fn json(value: &Value) -> Json {
         }
         Value::Mesh(_) | Value::Samples(_) | Value::Curves(_) | Value::Image(_) => {
             let properties = product::summary(value);
-            let mut object: Map<String, Json> = properties
-                .iter()
+            // In JSON the spacing is one object, with all that is known of it.
+            let others = properties.iter();
+            let others = others.filter(|(name, _)| !name.starts_with("spacing_"));
+            let mut object: Map<String, Json> = others
                 .map(|(name, value)| (json_name(name).to_string(), json_property(name, value)))
                 .collect();
             if let Value::Samples(set) = value
@@ -67,6 +69,7 @@ fn json_property(name: &str, value: &Value) -> Json {
 fn json_spacing(spacing: &Spacing) -> Json {
     let mut object = Map::new();
     object.insert("mean".into(), json_number(spacing.mean));
+    object.insert("deviation".into(), json_number(spacing.deviation));
     object.insert("min".into(), json_number(spacing.min));
     object.insert("max".into(), json_number(spacing.max));
     Json::Object(object)

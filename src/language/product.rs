@@ -182,6 +182,7 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let deaths = set.statistics.as_ref()?.deaths?;
         number(deaths as f64)
     }),
+    shown("energy", |set| number(set.statistics.as_ref()?.energy?)),
     shown("converged", |set| {
         set.statistics
             .as_ref()
@@ -192,13 +193,32 @@ const SAMPLES: &[Property<SampleSet>] = &[
             .as_ref()
             .and_then(|statistics| number(statistics.dropped.total() as f64))
     }),
+    hidden("spurious", |set| {
+        let statistics = set.statistics.as_ref()?;
+        number(statistics.dropped.spurious as f64)
+    }),
     shown("max_residual", |set| {
         number(set.samples.residuals.iter().copied().fold(0.0, f64::max))
     }),
+    shown("spacing", |set| number(set.spacing()?.mean)),
+    shown("spacing_deviation", |set| number(set.spacing()?.deviation)),
+    shown("spacing_min", |set| number(set.spacing()?.min)),
+    shown("spacing_max", |set| number(set.spacing()?.max)),
     shown("evaluations", |set| {
         set.statistics
             .as_ref()
             .and_then(|statistics| number(statistics.evaluations as f64))
+    }),
+    hidden("steps", |set| number(set.statistics.as_ref()?.steps as f64)),
+    hidden("times", |set| {
+        let sample::Times(times) = &set.statistics.as_ref()?.times;
+        let pair = |(phase, time): &(String, std::time::Duration)| {
+            Value::list(vec![
+                Value::text(&**phase),
+                Value::Number(time.as_secs_f64()),
+            ])
+        };
+        Some(Value::list(times.iter().map(pair).collect()))
     }),
     shown("components", |set| count(walked(set)?.components.len())),
     shown("closed", |set| {
@@ -216,6 +236,13 @@ const SAMPLES: &[Property<SampleSet>] = &[
     shown("largest_missed", |set| {
         let proof = set.statistics.as_ref()?.proof?;
         number(proof.largest_left)
+    }),
+    shown("crease_points", |set| number(creased(set)?.points as f64)),
+    shown("corners", |set| number(creased(set)?.corners as f64)),
+    shown("crease_length", |set| number(creased(set)?.length)),
+    hidden("creases_undecided", |set| {
+        let creases = set.statistics.as_ref()?.creases?;
+        number(creases.undecided as f64)
     }),
     shown("lines", |set| number(lines(set)?.drawn as f64)),
     shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
@@ -250,15 +277,17 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let weights = &set.samples.weights;
         (!weights.is_empty()).then(|| Value::numbers(weights.iter().copied()))
     }),
-    hidden("spacing", |set| {
-        set.spacing().and_then(|spacing| number(spacing.mean))
-    }),
     hidden("bounds", |set| {
         Bounds::of_points(set.samples.dimension, set.samples.positions.iter().copied()).map(sides)
     }),
 ];
 
 /// What continuation tells of curves.
+fn creased(set: &SampleSet) -> Option<sample::Creased> {
+    let creases = set.statistics.as_ref()?.creases?;
+    (creases.points > 0).then_some(creases)
+}
+
 fn walked(set: &SampleSet) -> Option<&sample::CurveStatistics> {
     set.statistics.as_ref()?.curves.as_ref()
 }

@@ -26,11 +26,14 @@
 //! and every scale. Every displacement is held to 0.1 L by shortening v itself, which keeps a
 //! particle that has rolled down a long slope from leaving with the gathered speed.
 //!
+//! With h² instead of h the force is -h ∇h, with h in units of its value at the release.
+//!
 //! The inertia is what this method is for: a particle with little friction rolls through
 //! shallow minima of |h| that hold a kinematic one.
 
 use glam::DVec3;
 
+use super::Potential;
 use super::evaluation::length;
 use super::particle::{Motion, Particle, first_displacement, shortening};
 
@@ -38,6 +41,8 @@ use super::particle::{Motion, Particle, first_displacement, shortening};
 pub(super) struct Dynamic {
     /// c: the part of the velocity that friction takes in the first step, in (0, 1].
     pub(super) friction: f64,
+    /// What the force is the slope of.
+    pub(super) potential: Potential,
 }
 
 impl Motion for Dynamic {
@@ -53,10 +58,11 @@ impl Motion for Dynamic {
         particle.step = (displacement / particle.slope()).min(f64::MAX).sqrt();
         particle.friction = self.friction / particle.step;
         particle.velocity = DVec3::ZERO;
+        particle.unit = particle.here.value.abs();
     }
 
     fn predict(&self, particle: &mut Particle, diagonal: f64) -> DVec3 {
-        let acceleration = particle.force() - particle.friction * particle.velocity;
+        let acceleration = particle.force(self.potential) - particle.friction * particle.velocity;
         particle.velocity += particle.step * acceleration;
         let displacement = particle.step * length(particle.velocity);
         particle.velocity *= shortening(displacement, diagonal);
@@ -77,7 +83,10 @@ mod tests {
     /// A particle at x = 1 where h = 4 and dh/dx = 2, released with c = 0.25 in a box with
     /// diagonal 100: δ = √4 / 2 = 1 and γ = 0.25.
     fn released() -> (Dynamic, Particle) {
-        let motion = Dynamic { friction: 0.25 };
+        let motion = Dynamic {
+            friction: 0.25,
+            potential: Potential::Absolute,
+        };
         let here = Evaluation {
             value: 4.0,
             gradient: 2.0 * DVec3::X,
@@ -125,8 +134,11 @@ mod tests {
     #[test]
     fn the_motion_does_not_depend_on_units() {
         // h scaled by 2^40, space by 2^20: the same orbit, scaled, to the last bit.
-        let orbit = |level: f64, space: f64| {
-            let motion = Dynamic { friction: 0.125 };
+        let orbit = |potential: Potential, level: f64, space: f64| {
+            let motion = Dynamic {
+                friction: 0.125,
+                potential,
+            };
             let here = |x: f64| Evaluation {
                 value: level * (x * x - 2.0),
                 gradient: DVec3::X * (2.0 * level * x / space),
@@ -139,6 +151,10 @@ mod tests {
             }
             particle.position.x / space
         };
-        assert_eq!(orbit(1.0, 1.0), orbit(2.0_f64.powi(40), 2.0_f64.powi(20)));
+        for potential in [Potential::Absolute, Potential::Square] {
+            let (level, space) = (2.0_f64.powi(40), 2.0_f64.powi(20));
+            let plain = orbit(potential, 1.0, 1.0);
+            assert_eq!(plain, orbit(potential, level, space));
+        }
     }
 }

@@ -19,6 +19,7 @@
 
 mod cover;
 mod creases;
+mod density;
 mod dynamic;
 mod evaluation;
 mod flight;
@@ -33,14 +34,17 @@ mod radii;
 mod random;
 mod rays;
 mod release;
+mod rules;
 mod search;
 mod statistics;
 mod thin;
 mod trace;
 
 pub use creases::{Corner, Crease, CreasePoint, CreaseReport, Creases, creases};
+pub use density::{Density, Focus, sample_graded};
+pub use rules::Rules;
 pub use statistics::{
-    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics,
+    Creased, CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };
 pub use thin::{Keep, thin};
 
@@ -56,6 +60,7 @@ use newton::Point;
 use particle::Motion;
 use random::Stream;
 use release::{Release, release};
+use statistics::Stopwatch;
 
 /// A way to place points on a zero set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -116,6 +121,30 @@ impl Method {
     }
 }
 
+/// What the particles of Figueiredo and Gomes move down, and vanishes on the zero set alone.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Potential {
+    /// |F|: the force is as large close to the surface as far from it, and turns round on it.
+    #[default]
+    Absolute,
+    /// F²: the force is continuous. It has more spurious attractors.
+    Square,
+}
+
+impl Potential {
+    /// All potentials with their names.
+    pub const NAMES: &[(Potential, &str)] = &[
+        (Potential::Absolute, "absolute"),
+        (Potential::Square, "square"),
+    ];
+
+    /// The potential of this name.
+    pub fn named(name: &str) -> Option<Potential> {
+        let mut named = Potential::NAMES.iter().filter(|(_, known)| *known == name);
+        named.next().map(|(potential, _)| *potential)
+    }
+}
+
 /// What a sampler is asked to do. The default suits every field.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -150,11 +179,18 @@ pub struct Options {
     /// (γ δ, without a unit); above 0 and at most 1. Less friction passes more spurious
     /// attractors and takes more steps.
     pub friction: f64,
+    /// What kinematic and dynamic particles move down.
+    pub potential: Potential,
     /// The largest number of steps of a particle.
     pub iteration_limit: u32,
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
     /// particles start all over the bounds.
     pub search_limit: u32,
+    /// The parameters of floaters.
+    pub rules: Rules,
+    /// Whether floaters follow the paper from one seed a component to the end, with the radius
+    /// [`Rules::sigma`], instead of refining a first generation. Then there is no count.
+    pub exact: bool,
     /// The direction of rays; `None`: every direction. Components beyond the dimension don't count.
     pub direction: Option<DVec3>,
 }
@@ -195,8 +231,11 @@ impl Default for Options {
             bounds: None,
             tolerance: 1e-9,
             friction: 0.05,
+            potential: Potential::default(),
             iteration_limit: 1000,
             search_limit: 10,
+            rules: Rules::default(),
+            exact: false,
             direction: None,
         }
     }
@@ -305,7 +344,18 @@ pub fn sample_curve(
     }
     start_box(3, options)?;
     check(options)?;
-    trace::curve(&fields, options, monitor)
+    timed(monitor, |monitor| trace::curve(&fields, options, monitor))
+}
+
+/// Runs a sampler and notes how long its phases took.
+fn timed(
+    monitor: &dyn Monitor,
+    run: impl FnOnce(&dyn Monitor) -> Result<Outcome, SampleError>,
+) -> Result<Outcome, SampleError> {
+    let stopwatch = Stopwatch::new(monitor);
+    let mut outcome = run(&stopwatch)?;
+    outcome.statistics.times = stopwatch.times();
+    Ok(outcome)
 }
 
 /// Samples the zero set of a field.
@@ -327,9 +377,26 @@ pub fn sample(
     let dimension = field.dimension();
     let start_box = start_box(dimension, options)?;
     check(options)?;
+    timed(monitor, |monitor| {
+        by_method(field, start_box, options, monitor)
+    })
+}
+
+/// Leaves the work to the file of the method.
+fn by_method(
+    field: &dyn Field,
+    start_box: Bounds,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Outcome, SampleError> {
+    let dimension = field.dimension();
     match options.method {
         Method::Floaters | Method::Relax => floaters::floaters(field, start_box, options, monitor),
-        Method::Kinematic => particles(field, &kinematic::Kinematic, start_box, options, monitor),
+        Method::Kinematic => {
+            let potential = options.potential;
+            let motion = kinematic::Kinematic { potential };
+            particles(field, &motion, start_box, options, monitor)
+        }
         Method::Trace if dimension == 2 => trace::curve(&[field], options, monitor),
         Method::Trace if dimension == 3 => trace::surface(field, options, monitor),
         Method::Trace => Err(SampleError::Method {
@@ -338,14 +405,11 @@ pub fn sample(
             other: Method::Kinematic.name(),
         }),
         Method::Dynamic => {
-            let friction = options.friction;
-            particles(
-                field,
-                &dynamic::Dynamic { friction },
-                start_box,
-                options,
-                monitor,
-            )
+            let motion = dynamic::Dynamic {
+                friction: options.friction,
+                potential: options.potential,
+            };
+            particles(field, &motion, start_box, options, monitor)
         }
         Method::Rays => rays::rays(field, start_box, options, monitor),
         Method::Grid => grid::grid(field, start_box, options, monitor),
@@ -385,6 +449,7 @@ fn particles(
         ..first
     };
     let progress = |fraction| monitor.progress("sample", fraction);
+    progress(0.0);
     let (points, tally) = release(&last, monitor, &progress).ok_or(SampleError::Cancelled)?;
     let samples = samples(start_box.dimension, &points);
     let vanishing = points
@@ -399,17 +464,12 @@ fn particles(
         evaluations: searching.evaluations + tally.evaluations,
         dropped: tally.dropped,
         converged: located.settled && rarely_unconverged,
-        births: None,
-        deaths: None,
         searches: located.rounds,
         settled: located.settled,
-        bounds: located.bounds,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
-        proof: None,
         nan_points: searching.undefined_evaluations + tally.undefined_evaluations,
         singular: vanishing.count() as u64,
-        curves: None,
-        lines: None,
+        ..Statistics::new(located.bounds)
     };
     Ok(Outcome {
         samples,
@@ -504,6 +564,10 @@ fn check(options: &Options) -> Result<(), SampleError> {
     if !(options.friction > 0.0 && options.friction <= 1.0) {
         return range("friction", "above 0 and at most 1", &options.friction);
     }
+    let flies = matches!(options.method, Method::Kinematic | Method::Dynamic);
+    if options.potential != Potential::default() && !flies {
+        return range("potential", "left out with this method", &"\"square\"");
+    }
     if let Some(direction) = options.direction {
         if options.method != Method::Rays {
             return range("direction", "left out with this method", &direction);
@@ -517,6 +581,18 @@ fn check(options: &Options) -> Result<(), SampleError> {
         return range("iteration_limit", "at least 1", &options.iteration_limit);
     }
     Ok(())
+}
+
+/// Refuses a spacing that asks for too many points, about so many.
+fn refuse_too_fine(spacing: f64, points: f64, limit: u64) -> Result<(), SampleError> {
+    if points <= limit as f64 {
+        return Ok(());
+    }
+    Err(out_of_range(
+        "spacing",
+        &format!("larger, for at most {limit} points"),
+        format!("{spacing} (which takes about {points:.0})"),
+    ))
 }
 
 fn out_of_range(option: &'static str, expected: &str, found: String) -> SampleError {

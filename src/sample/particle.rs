@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::Potential;
 use super::evaluation::{Evaluation, length};
 
 /// No displacement is longer than this part of the diagonal of the search box.
@@ -26,6 +27,8 @@ pub(super) struct Particle {
     pub(super) velocity: DVec3,
     /// γ; 0 in the kinematic case.
     pub(super) friction: f64,
+    /// |h| when it was last released, the unit of h in the square potential.
+    pub(super) unit: f64,
 }
 
 impl Particle {
@@ -38,13 +41,22 @@ impl Particle {
             step: 0.0,
             velocity: DVec3::ZERO,
             friction: 0.0,
+            unit: here.value.abs(),
         }
     }
 
-    /// F = -sign(h) ∇h, the modified gradient field that points towards the surface
-    /// ("Physically-based sampling", Figure 5).
-    pub(super) fn force(&self) -> DVec3 {
-        -self.here.value.signum() * self.here.gradient
+    /// F, the modified gradient field that points towards the surface ("Physically-based sampling",
+    /// Figure 5): -sign(h) ∇h, or for h² instead of h half of its gradient, -h ∇h.
+    ///
+    /// There h is told in units of |h| at the release. That is a choice of the unit of time, made so
+    /// that both forces are the same at first: one rule for δ serves both, and nothing underflows.
+    pub(super) fn force(&self, potential: Potential) -> DVec3 {
+        let part = match potential {
+            Potential::Absolute => self.here.value.signum(),
+            Potential::Square if self.unit > 0.0 => self.here.value / self.unit,
+            Potential::Square => 0.0,
+        };
+        -part * self.here.gradient
     }
 
     /// |∇h|

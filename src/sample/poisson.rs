@@ -64,8 +64,8 @@ pub(super) fn poisson(
     let count = harvest.number(options)?;
     harvest.draw(DENSITY * count)?;
     let dense: Vec<Point> = harvest.crossings.iter().map(|c| c.point).collect();
-    let ask = |fraction| {
-        monitor.progress("eliminate", fraction);
+    let ask = |phase: &str, fraction| {
+        monitor.progress(phase, fraction);
         !monitor.cancelled()
     };
     let area = harvest.area().map_or(0.0, |area| area.value);
@@ -99,13 +99,17 @@ fn thin_out(
     spacing: f64,
     count: usize,
     mut polished: impl FnMut(&[DVec3]) -> Vec<Point>,
-    ask: &dyn Fn(f64) -> bool,
+    ask: &dyn Fn(&str, f64) -> bool,
 ) -> Option<Vec<Point>> {
     let mut cloud = Cloud::new(dimension, &dense, spacing);
-    let mut sample = eliminate(&cloud, count, ask)?;
+    let eliminating = |fraction| ask("eliminate", fraction);
+    eliminating(0.0).then_some(())?;
+    let mut sample = eliminate(&cloud, count, &eliminating)?;
     for round in 0..=ROUNDS {
         let mut exchange = Exchange::new(&mut cloud, &sample);
-        exchange.run(&mut sample, ask)?;
+        exchange.run(&mut sample, &|done| {
+            ask("exchange", (round as f64 + done) / (ROUNDS + 1) as f64)
+        })?;
         if round < ROUNDS {
             dense.extend(polished(&exchange.middles()));
             cloud = Cloud::new(dimension, &dense, spacing);

@@ -31,7 +31,7 @@ use super::lines::{CHUNK, Cost, Crossing, Segment, Wanted, intersect};
 use super::newton::Point;
 use super::random::Stream;
 use super::statistics::{Estimate, Lines, Statistics};
-use super::{Options, Outcome, SampleError, out_of_range, samples};
+use super::{Options, Outcome, SampleError, out_of_range, refuse_too_fine, samples};
 use crate::engine::{Field, Monitor};
 use crate::geometry::Bounds;
 use crate::math::scalar::{cos, sin};
@@ -337,14 +337,7 @@ impl<'a> Harvest<'a> {
             return Err(out_of_range("spacing", expected, spacing.to_string()));
         };
         let expected = number_for(dimension, area.value, spacing).round().max(1.0);
-        let limit = options.count_limit;
-        if expected > limit as f64 {
-            return Err(out_of_range(
-                "spacing",
-                &format!("larger, for at most {limit} points"),
-                format!("{spacing} (which takes about {expected:.0})"),
-            ));
-        }
+        refuse_too_fine(spacing, expected, options.count_limit)?;
         Ok(expected as u64)
     }
 

@@ -56,7 +56,7 @@ pub(super) enum Command {
     Mesh(Mesh),
     /// Samples a field's zero set with particles
     #[command(
-        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000\n  imp sample examples/heart.imp --method rays --count 100000 --json"
+        after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/blobs.imp -o blobs.ply --adapt curvature --contrast 4\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
     )]
     Sample(Sample),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
@@ -265,27 +265,54 @@ pub(super) struct Sample {
     /// point), relax (Turk's), rays (random lines), poisson (random, at a distance) or grid
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
-    /// The distance between neighbouring points, or the side of the grid's cells
+    /// The distance between neighbouring points, or the side of the grid's cells; for floaters also a
+    /// function, as in "p -> 0.02 + 0.1*norm(p)"
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) spacing: Option<String>,
     /// How many points, or how many particles are released
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) count: Option<String>,
-    /// Points from which floaters start [default: one or more on every component]
+    /// What the spacing of floaters follows: curvature
+    #[arg(long, value_name = "NAME")]
+    pub(super) adapt: Option<String>,
+    /// With --adapt, the widest spacing over the narrowest, at most [default: 8]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) contrast: Option<String>,
+    /// A field: where it is negative floaters are closer, as in "p -> norm(p - [1, 0, 0]) - 0.2"
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) focus: Option<String>,
+    /// With --focus, how many times closer [default: 3]
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) finer: Option<String>,
+    /// Points from which floaters start, as in "[[0, 0, 1]]" [default: some on every component]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seeds: Option<String>,
     /// Where randomness starts
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,
-    /// The friction of dynamic particles
+    /// Floaters follow Witkin and Heckbert's algorithm to the letter, from one seed on each component
+    #[arg(long)]
+    pub(super) exact: bool,
+    /// A parameter of floaters: sigma, sigma_max, time_step, phi, rho, alpha, energy, beta, gamma, nu
+    /// or delta; may be repeated
+    #[arg(long, value_name = "NAME=EXPR", value_parser = setting)]
+    pub(super) rule: Vec<Setting>,
+    /// The part of their velocity that friction takes from dynamic particles in a step, up to 1
+    /// [default: 0.05]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) friction: Option<String>,
+    /// What kinematic and dynamic particles move down: absolute, |F|, or square, F² [default: absolute]
+    #[arg(long, value_name = "NAME")]
+    pub(super) potential: Option<String>,
     /// The direction of rays, as in "[0, 0, 1]"; without it they have all directions
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) direction: Option<String>,
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
+    /// Tells, at the end, what each part of the work and each phase of the sampler took
+    #[arg(long)]
+    pub(super) timings: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use serde_json::{Map, Value as Json};
 
 use super::arguments::{Common, Mesh, Sample, Subject};
-use super::output;
 use super::workspace::{Workspace, limits};
+use super::{output, timings};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
@@ -16,7 +16,7 @@ use crate::language::show::show;
 use crate::language::{Mode, Outcome, Value};
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
-pub(super) type Flag<'a> = (&'static str, Option<&'a str>);
+pub(super) type Flag<'a> = (&'a str, Option<&'a str>);
 
 /// Polygonizes a field; fails with an exit code.
 pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
@@ -29,23 +29,47 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("cap", command.cap.then_some("true")),
         ("tolerance", command.tolerance.as_deref()),
     ];
-    make("polygonize", &command.subject, &flags, &command.common)
+    make(
+        "polygonize",
+        &command.subject,
+        &flags,
+        &command.common,
+        false,
+    )
 }
 
 /// Samples a field; fails with an exit code.
 pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
+    let potential = command.potential.as_deref().map(quoted);
+    let adapt = command.adapt.as_deref().map(quoted);
+    let exact = command.exact.then_some("true");
+    let rules = command.rule.iter();
+    let rules = rules.map(|rule| (rule.name.as_str(), Some(rule.text.as_str())));
     let flags = [
         ("method", method.as_deref()),
+        ("exact", exact),
+        ("adapt", adapt.as_deref()),
+        ("contrast", command.contrast.as_deref()),
+        ("focus", command.focus.as_deref()),
+        ("finer", command.finer.as_deref()),
         ("spacing", command.spacing.as_deref()),
         ("count", command.count.as_deref()),
         ("seeds", command.seeds.as_deref()),
         ("seed", command.seed.as_deref()),
         ("friction", command.friction.as_deref()),
+        ("potential", potential.as_deref()),
         ("direction", command.direction.as_deref()),
         ("tolerance", command.tolerance.as_deref()),
     ];
-    make("sample", &command.subject, &flags, &command.common)
+    let flags: Vec<Flag<'_>> = flags.into_iter().chain(rules).collect();
+    make(
+        "sample",
+        &command.subject,
+        &flags,
+        &command.common,
+        command.timings,
+    )
 }
 
 /// A word as a string of the language.
@@ -59,12 +83,13 @@ pub(super) fn quoted(word: &str) -> String {
 }
 
 /// Calls a function of the language with the field and the flags, writes what it gives, and
-/// shows its properties.
+/// shows its properties; with `timings` also what took how long.
 pub(super) fn make(
     function: &str,
     subject: &Subject,
     flags: &[Flag<'_>],
     common: &Common,
+    timings: bool,
 ) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     workspace.run()?;
@@ -87,10 +112,23 @@ pub(super) fn make(
         Some(path) => Some(write(path, common, &value).map_err(|error| workspace.fail(&[*error]))?),
         None => None,
     };
+    let phases = match &value {
+        Value::Samples(set) => set.statistics.as_ref().map(|told| told.times.clone()),
+        _ => None,
+    };
+    let timings = timings.then(|| phases.unwrap_or_default());
     if common.json {
-        output::data(&object(&workspace, output.as_deref(), &value).to_string());
+        let mut object = object(output.as_deref(), &value);
+        if let Some(phases) = &timings {
+            object.insert("timings".into(), timings::json(&workspace, phases));
+        }
+        workspace.finish_json(&mut object);
+        output::data(&Json::Object(object).to_string());
     } else {
         output::data(&show(&value, None));
+        if let Some(phases) = &timings {
+            timings::tell(&workspace, phases);
+        }
     }
     Ok(())
 }
@@ -160,7 +198,7 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
     Ok(path)
 }
 
-fn object(workspace: &Workspace, output: Option<&Path>, value: &Value) -> Json {
+fn object(output: Option<&Path>, value: &Value) -> Map<String, Json> {
     let mut object = Map::new();
     if let Some(path) = output {
         object.insert("output".into(), path.display().to_string().into());
@@ -169,6 +207,5 @@ fn object(workspace: &Workspace, output: Option<&Path>, value: &Value) -> Json {
         Json::Object(properties) => object.extend(properties),
         roots => drop(object.insert("roots".into(), roots)),
     }
-    workspace.finish_json(&mut object);
-    Json::Object(object)
+    object
 }

@@ -22,7 +22,7 @@ pub(super) fn render(command: &Render) -> Result<(), u8> {
         ("samples", samples.as_deref()),
         ("transparent", switch(command.transparent)),
     ];
-    make("plot", &command.subject, &flags, &command.common)
+    make("plot", &command.subject, &flags, &command.common, false)
 }
 
 /// A size as the language's number or list.

@@ -10,6 +10,7 @@ use super::timings;
 use super::watch::watch;
 use super::workspace::Workspace;
 use crate::language::Mode;
+use crate::sample::Times;
 
 /// Runs a script, once or whenever it is saved; fails with an exit code.
 pub(super) fn run(command: &Run) -> Result<(), u8> {
@@ -36,13 +37,16 @@ pub(super) fn run_once(command: &Run) -> (Result<(), u8>, Vec<PathBuf>) {
         let paths = written.iter().map(|path| path.display().to_string());
         object.insert("written".into(), paths.collect());
         if command.timings {
-            object.insert("timings".into(), timings::json(&workspace));
+            object.insert(
+                "timings".into(),
+                timings::json(&workspace, &Times::default()),
+            );
         }
         workspace.finish_json(&mut object);
         output::data(&Json::Object(object).to_string());
     }
     if command.timings && !command.common.json {
-        timings::tell(&workspace);
+        timings::tell(&workspace, &Times::default());
     }
     (result, read)
 }

@@ -1,4 +1,4 @@
-//! Where the time of a run went: `imp run --timings`.
+//! Where the time of a run went: `imp run --timings`, `imp sample --timings`.
 
 use std::time::Duration;
 
@@ -7,6 +7,7 @@ use serde_json::{Map, Value as Json};
 use super::output;
 use super::workspace::Workspace;
 use crate::engine::{compilations, compiling};
+use crate::sample::Times;
 
 /// A part of the run.
 struct Part {
@@ -37,8 +38,8 @@ fn parts(workspace: &Workspace) -> (Vec<Part>, Duration) {
     (parts, whole)
 }
 
-/// Tells the times on standard error.
-pub(super) fn tell(workspace: &Workspace) {
+/// Tells the times on standard error, and those of the phases of a sampler.
+pub(super) fn tell(workspace: &Workspace, phases: &Times) {
     let (parts, whole) = parts(workspace);
     let mut lines = String::new();
     let mut line = |name: &str, time: Duration, note: &str| {
@@ -55,18 +56,28 @@ pub(super) fn tell(workspace: &Workspace) {
             None => String::new(),
         };
         line(part.name, part.time, &note);
+        if part.name == "sample" {
+            for (phase, time) in &phases.0 {
+                line(&format!("  {phase}"), *time, "");
+            }
+        }
     }
     line("total", whole, "");
     output::error_text(&lines);
 }
 
-/// The times in seconds, by name.
-pub(super) fn json(workspace: &Workspace) -> Json {
+/// The times in seconds, by name; those of the phases of a sampler are in `phases`.
+pub(super) fn json(workspace: &Workspace, phases: &Times) -> Json {
     let (parts, whole) = parts(workspace);
     let mut object: Map<String, Json> = parts
         .iter()
         .map(|part| (part.name.to_owned(), part.time.as_secs_f64().into()))
         .collect();
     object.insert("total".into(), whole.as_secs_f64().into());
+    let phase = |(name, time): &(String, Duration)| (name.clone(), time.as_secs_f64().into());
+    let phases: Map<String, Json> = phases.0.iter().map(phase).collect();
+    if !phases.is_empty() {
+        object.insert("phases".into(), phases.into());
+    }
     Json::Object(object)
 }

@@ -32,25 +32,18 @@ fn in_space(body: &str) -> Creases {
     )
 }
 
-fn show(creases: &Creases) {
-    eprintln!("{:?}", creases.report);
-    for crease in &creases.arcs {
-        eprintln!("{:?} {} {}", crease.corners, crease.closed, crease.length);
-    }
-    for corner in &creases.corners {
-        eprintln!("{:?}", corner);
-    }
-}
-
 /// Twelve edges and eight corners of the cube with the half side `half`, and normals that point
 /// outward (1) or inward (-1).
 fn check_cube(creases: &Creases, half: f64, outward: f64) {
-    show(creases);
     assert_eq!(creases.report.undecided, 0);
     assert_eq!((creases.arcs.len(), creases.corners.len()), (12, 8));
     for crease in &creases.arcs {
         assert!(!crease.closed && crease.corners.iter().all(Option::is_some));
-        assert!((crease.length - 2.0 * half).abs() < 1e-9, "{}", crease.length);
+        assert!(
+            (crease.length - 2.0 * half).abs() < 1e-9,
+            "{}",
+            crease.length
+        );
     }
     for corner in &creases.corners {
         let off = (corner.position.abs() - DVec3::splat(half)).abs();
@@ -78,7 +71,6 @@ fn so_has_the_librarys_box_whose_distance_is_another_function_outside() {
 
 /// All creases are closed, with these lengths in any order.
 fn check_loops(creases: &Creases, mut lengths: Vec<f64>) {
-    show(creases);
     assert_eq!(creases.report.undecided, 0);
     assert!(creases.corners.is_empty());
     assert!(creases.arcs.iter().all(|crease| crease.closed));
@@ -110,7 +102,11 @@ fn two_spheres_meet_in_a_circle_whatever_is_done_with_them() {
             let p = point.position;
             assert!(p.x.abs() < 1e-9 && (p.length() - radius).abs() < 1e-9);
             let next = points[(place + 1) % points.len()].position;
-            assert!((p.distance(next) - chord).abs() < 1e-7, "{}", p.distance(next));
+            assert!(
+                (p.distance(next) - chord).abs() < 1e-7,
+                "{}",
+                p.distance(next)
+            );
             assert!(point.tangent.dot(p).abs() < 1e-9 && point.tangent.x.abs() < 1e-9);
             assert_eq!(point.normals.len(), 2);
             for (centre, sign) in [-0.5, 0.5].into_iter().zip(signs) {
@@ -140,8 +136,10 @@ fn what_is_smooth_has_no_creases() {
         let creases = in_space(&format!(
             "smooth_union({balls}, 0.4, kernel = \"{kernel}\")(p)"
         ));
-        show(&creases);
-        assert!(creases.arcs.is_empty() && creases.corners.is_empty(), "{kernel}");
+        assert!(
+            creases.arcs.is_empty() && creases.corners.is_empty(),
+            "{kernel}"
+        );
         assert_eq!(creases.report.undecided, 0, "{kernel}");
     }
     let torus = in_space("torus(1, 0.4)(p)");
@@ -152,7 +150,6 @@ fn what_is_smooth_has_no_creases() {
 #[test]
 fn an_octahedron_has_twelve_edges_and_six_corners() {
     let creases = in_space("abs(p.x) + abs(p.y) + abs(p.z) - 1");
-    show(&creases);
     assert_eq!(creases.report.undecided, 0);
     assert_eq!((creases.arcs.len(), creases.corners.len()), (12, 6));
     for crease in &creases.arcs {
@@ -174,7 +171,6 @@ fn an_octahedron_has_twelve_edges_and_six_corners() {
 fn a_gyroid_cut_off_by_a_ball_has_its_creases_on_both() {
     let gyroid = "sin(4*p.x)*cos(4*p.y) + sin(4*p.y)*cos(4*p.z) + sin(4*p.z)*cos(4*p.x)";
     let creases = in_space(&format!("max({gyroid}, norm(p) - 1.7)"));
-    show(&creases);
     assert_eq!(creases.report.undecided, 0);
     assert!(creases.arcs.iter().all(|crease| crease.closed));
     let points = creases.points(&|_| 0.05);
@@ -211,7 +207,6 @@ fn constructive_geometry_has_the_creases_of_its_parts() {
 let holes = union(hole, hole.rotate_x(90deg), hole.rotate_y(90deg))
 field f(p in R3) = difference(sphere(1) & box(1.5), holes)(p)";
     let creases = found(text, cube(3, 1.1));
-    show(&creases);
     assert_eq!(creases.report.undecided, 0);
     let (rims, ribs): (Vec<_>, Vec<_>) = creases.arcs.iter().partition(|crease| crease.closed);
     let mut lengths: Vec<f64> = rims.iter().map(|rim| rim.length).collect();
@@ -233,7 +228,11 @@ field f(p in R3) = difference(sphere(1) & box(1.5), holes)(p)";
         .sum();
     assert_eq!((ribs.len(), creases.corners.len()), (12, 8));
     for crease in ribs {
-        assert!((crease.length - rib).abs() < 1e-9, "{} {rib}", crease.length);
+        assert!(
+            (crease.length - rib).abs() < 1e-9,
+            "{} {rib}",
+            crease.length
+        );
     }
     for corner in &creases.corners {
         let off = corner.position.abs() - DVec3::splat(0.125_f64.sqrt());
@@ -245,7 +244,6 @@ field f(p in R3) = difference(sphere(1) & box(1.5), holes)(p)";
 fn in_the_plane_creases_are_corners() {
     for body in ["max(abs(p.x), abs(p.y)) - 1", "rectangle(2)(p)"] {
         let square = found(&format!("field f(p in R2) = {body}"), cube(2, 1.7));
-        show(&square);
         assert_eq!((square.report.undecided, square.corners.len()), (0, 4));
         for corner in &square.corners {
             let off = corner.position.abs() - DVec3::new(1.0, 1.0, 0.0);
@@ -266,7 +264,6 @@ fn in_the_plane_creases_are_corners() {
 #[test]
 fn creases_end_in_the_sides_of_the_box_with_a_point() {
     let creases = found("field f(p in R3) = max(p.x, p.y + 0.3*p.z)", cube(3, 1.0));
-    show(&creases);
     assert_eq!((creases.arcs.len(), creases.corners.len()), (1, 0));
     let crease = &creases.arcs[0];
     let length = 2.0 * (1.0_f64 + 0.09).sqrt();
@@ -311,22 +308,28 @@ fn creases_that_cross_are_split_where_they_do() {
     let bars = "max(abs(p.x), abs(p.y)), max(abs(p.y), abs(p.z)), max(abs(p.z), abs(p.x))";
     let body = format!("max(max(abs(p)) - 1, 1/3 - min({bars}))");
     let creases = found(&format!("field f(p in R3) = {body}"), cube(3, 1.1));
-    show(&creases);
     assert_eq!(creases.report.undecided, 0);
     // 8 of the cube, 4 for each hole, 8 inside.
-    assert_eq!((creases.arcs.len(), creases.corners.len()), (12 + 24 + 36, 8 + 24 + 8));
+    assert_eq!(
+        (creases.arcs.len(), creases.corners.len()),
+        (12 + 24 + 36, 8 + 24 + 8)
+    );
     for crease in &creases.arcs {
         let length = if crease.length > 1.0 { 2.0 } else { 2.0 / 3.0 };
         assert!((crease.length - length).abs() < 1e-9, "{}", crease.length);
     }
-    assert!(creases.corners.iter().all(|corner| corner.normals.len() == 3));
+    assert!(
+        creases
+            .corners
+            .iter()
+            .all(|corner| corner.normals.len() == 3)
+    );
 }
 
 /// Two cylinders of the same radius meet in two ellipses that cross where the surfaces touch.
 #[test]
 fn ellipses_that_cross_are_split_where_they_do() {
     let creases = in_space("max(norm(p.xy) - 1, norm(p.yz) - 1)");
-    show(&creases);
     assert_eq!((creases.arcs.len(), creases.corners.len()), (4, 2));
     for corner in &creases.corners {
         assert!((corner.position.abs() - DVec3::Y).abs().max_element() < 1e-5);
@@ -334,9 +337,15 @@ fn ellipses_that_cross_are_split_where_they_do() {
     // Half of the circumference of an ellipse with the half axes √2 and 1.
     let speed = |t: f64| (1.0 + t.sin() * t.sin()).sqrt();
     let width = TAU / 2.0 / 400.0;
-    let half: f64 = (0..400).map(|part| width * speed((f64::from(part) + 0.5) * width)).sum();
+    let half: f64 = (0..400)
+        .map(|part| width * speed((f64::from(part) + 0.5) * width))
+        .sum();
     for crease in &creases.arcs {
-        assert!((crease.length - half).abs() < 1e-6, "{} {half}", crease.length);
+        assert!(
+            (crease.length - half).abs() < 1e-6,
+            "{} {half}",
+            crease.length
+        );
     }
 }
 
@@ -425,7 +434,6 @@ fn the_circles_of_a_hundred_spheres_are_complete() {
         }
     }
     let creases = found(&union_of(&spheres), cube(3, 5.5));
-    eprintln!("{:?} {} {}", creases.report, creases.arcs.len(), creases.corners.len());
     let length: f64 = creases.arcs.iter().map(|crease| crease.length).sum();
     assert!(
         (length - expected).abs() < 1e-6 * expected,
@@ -465,7 +473,9 @@ fn pieces_are_the_smooth_functions_that_meet() {
     };
     // The three spheres that reach each other; the fourth is alone.
     let spheres = "sphere(0.5), sphere(0.5, [0.3, 0, 0]), sphere(0.5, [0, 0.4, 0])";
-    let found = meet(&format!("union({spheres}, sphere(0.2, [1.5, 1.5, 1.5]))(p)"));
+    let found = meet(&format!(
+        "union({spheres}, sphere(0.2, [1.5, 1.5, 1.5]))(p)"
+    ));
     assert_eq!(found.fields.len(), 3);
     for centre in [DVec3::ZERO, DVec3::X * 0.3, DVec3::Y * 0.4] {
         let is_sphere = |piece: &CompiledField| {

@@ -1,14 +1,17 @@
 //! The samplers as the rest of the program uses them: through the `Field` trait alone.
 
+mod convergence;
 mod creases;
 mod density;
 mod fields;
 mod floaters;
+mod graded;
 mod grid;
 mod lines;
 mod options;
 mod particles;
 mod poisson;
 mod rays;
+mod statistics;
 mod thinning;
 mod trace;

@@ -279,7 +279,10 @@ impl Search {
             }))
         };
         match self.dimension {
-            2 => (face(0) * DVec3::new(1.0, 1.0, 0.0), face(1) * DVec3::new(1.0, 1.0, 0.0)),
+            2 => (
+                face(0) * DVec3::new(1.0, 1.0, 0.0),
+                face(1) * DVec3::new(1.0, 1.0, 0.0),
+            ),
             _ => (face(0), face(1)),
         }
     }
@@ -314,7 +317,11 @@ impl Search {
         };
         let mut pieces = Vec::new();
         let mut singular = Vec::new();
-        let mut numbers: Vec<u32> = found.iter().flatten().map(|&root| self.number(root)).collect();
+        let mut numbers: Vec<u32> = found
+            .iter()
+            .flatten()
+            .map(|&root| self.number(root))
+            .collect();
         numbers.sort_unstable();
         numbers.dedup();
         for number in numbers {

@@ -135,8 +135,7 @@ impl Search<'_> {
     fn resolve(&mut self, needed: &[bool]) -> Option<NodeId> {
         let mut order = Order::default();
         let mut nodes: Vec<Option<NodeId>> = Vec::with_capacity(self.steps.len());
-        for place in 0..self.steps.len() {
-            let step = self.steps[place];
+        for (place, step) in self.steps.iter().enumerate() {
             let operands = step.operands.map(|operand| {
                 let operand = operand as usize;
                 nodes.get(operand).copied().flatten()
@@ -214,12 +213,7 @@ impl Search<'_> {
     }
 
     /// The operation on operands that are known.
-    fn combine(
-        &mut self,
-        op: Op,
-        operands: [Option<NodeId>; 3],
-        order: &Order,
-    ) -> Option<NodeId> {
+    fn combine(&mut self, op: Op, operands: [Option<NodeId>; 3], order: &Order) -> Option<NodeId> {
         let first = operands[0]?;
         let known = match op.arity() {
             1 => [first; 3],

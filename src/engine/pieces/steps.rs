@@ -51,12 +51,10 @@ impl Step {
 
 /// Whether the result of an operation is one of several smooth functions of its operands.
 fn is_choice(op: Op) -> bool {
-    match op {
-        Op::Min | Op::Max | Op::Abs | Op::Select => true,
-        Op::Less | Op::LessEqual | Op::Equal | Op::IsNumber => true,
-        Op::Sign | Op::Floor | Op::Ceil | Op::Round => true,
-        _ => false,
-    }
+    let takes_an_operand = matches!(op, Op::Min | Op::Max | Op::Abs | Op::Select);
+    let is_truth = matches!(op, Op::Less | Op::LessEqual | Op::Equal | Op::IsNumber);
+    let is_a_step = matches!(op, Op::Sign | Op::Floor | Op::Ceil | Op::Round);
+    takes_an_operand || is_truth || is_a_step
 }
 
 /// The steps of a root. Parameters are numbers by now. Remainders become floors.

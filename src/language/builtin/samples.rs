@@ -15,7 +15,11 @@ use crate::language::function::At;
 use crate::language::product::SampleSet;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::sample::{self, Method, SampleError, Varying};
+use crate::sample::{self, Density, Focus, Method, Potential, Rules, SampleError, Varying};
+
+/// The contrast of a spacing that follows curvature, and how much finer it is in a focus region.
+const CONTRAST: f64 = 8.0;
+const FINER: f64 = 3.0;
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -30,9 +34,26 @@ pub(super) const TABLE: &[Builtin] = &[
             "bounds =",
             "tolerance = 1e-9",
             "friction = 0.05",
+            "potential = \"absolute\"",
             "direction =",
+            "adapt =",
+            "contrast = 8",
+            "focus =",
+            "finer = 3",
+            "exact = false",
+            "sigma =",
+            "sigma_max =",
+            "time_step = 0.03",
+            "phi = 15",
+            "rho = 15",
+            "alpha = 6",
+            "energy = 0.8",
+            "beta = 10",
+            "gamma = 4",
+            "nu = 0.2",
+            "delta = 0.7",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`, and stay on sharp edges and corners. Repulsion, birth and death have the parameters of Witkin and Heckbert's table: `time_step`, `phi`, `rho`, `alpha`, `energy` (Ê/α), `beta`, `gamma`, `nu`, `delta`. With `exact = true` their algorithm is all there is: from one seed on each component, or from `seeds`, to the radius `sigma` (σ̂, a fiftieth of the diameter if nothing is said), and how many points come of it is left to it. With `adapt = \"curvature\"` their spacing follows the smaller radius of curvature, the widest at most `contrast` times the narrowest; where the field `focus` is negative it is `finer` times smaller, and grows again over some spacings; `spacing` is then that of an even sample with as many points, outside of the focus, and a function is multiplied. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima; with `potential = \"square\"` both move down f^2, by a force that does not jump on the zero set. Their steps need no choice: the first is Newton's, and every crossing halves it. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
         sample,
     ),
     action(
@@ -79,7 +100,8 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     };
     match arguments.given("spacing").map(|given| given.value.clone()) {
         Some(spacing @ (Value::Field(_) | Value::Function(_))) => {
-            options.varying = Some(varying(session, arguments, spacing, field.dimension())?);
+            let spacing = field_of(session, arguments, "spacing", spacing, field.dimension())?;
+            options.varying = Some(Varying(Arc::new(spacing)));
         }
         _ => options.spacing = arguments.positive(session, "spacing")?,
     }
@@ -98,16 +120,42 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(friction) = arguments.positive(session, "friction")? {
         options.friction = friction;
     }
+    if let Some(name) = arguments.text("potential")? {
+        options.potential = Potential::named(&name).ok_or_else(|| {
+            let message = format!("`potential` must be \"absolute\" or \"square\", not \"{name}\"");
+            arguments.bad("potential", message)
+        })?;
+    }
+    options.exact = arguments.bool(session, "exact")?.unwrap_or(false);
+    for name in Rules::NAMES {
+        if let Some(value) = arguments.positive(session, name)?
+            && let Some(rule) = options.rules.get_mut(name)
+        {
+            *rule = value;
+        }
+    }
     if let Some(direction) = arguments.plain(session, "direction")? {
         let vector = vector_of(&direction, field.dimension());
         let expected = "a vector, as in `[0, 0, 1]`";
         options.direction =
             Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
     }
-    let outcome = match fields.as_slice() {
-        [first, second] => sample::sample_curve([first, second], &options, &session.monitor()),
-        [field, ..] => sample::sample(field, &options, &session.monitor()),
-        [] => return Err(arguments.expected("a field", "f", &Value::Field(field))),
+    let density = density(session, arguments, field.dimension())?;
+    let monitor = session.monitor();
+    let mut fields = fields.into_iter();
+    let outcome = match (fields.next(), fields.next(), density) {
+        (Some(field), None, None) => sample::sample(&field, &options, &monitor),
+        (Some(field), None, Some(density)) => {
+            sample::sample_graded(Arc::new(field), &density, &options, &monitor)
+        }
+        (Some(first), Some(second), None) => {
+            sample::sample_curve([&first, &second], &options, &monitor)
+        }
+        (_, Some(_), Some(_)) => {
+            let message = "`adapt` and `focus` are for curves in R2 and surfaces in R3";
+            return Err(arguments.bad("f", message.to_owned()));
+        }
+        (None, ..) => return Err(arguments.expected("a field", "f", &Value::Field(field))),
     };
     let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
     let statistics = outcome.statistics;
@@ -147,33 +195,72 @@ fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
     (components.len() == dimension).then_some(vector)
 }
 
-/// A spacing that is a field, or a function of a point or of coordinates.
-fn varying(
+/// What the spacing follows, if anything.
+fn density(
     session: &mut Session,
     arguments: &Arguments,
-    spacing: Value,
     dimension: usize,
-) -> Outcome<Varying> {
-    let place = arguments.place("spacing");
-    let field = match spacing {
+) -> Outcome<Option<Density>> {
+    let contrast = match arguments.text("adapt")?.as_deref() {
+        None => {
+            only_with(arguments, "contrast", "adapt")?;
+            None
+        }
+        Some("curvature") => Some(arguments.positive(session, "contrast")?.unwrap_or(CONTRAST)),
+        Some(other) => {
+            let message = format!("`adapt` must be \"curvature\", not \"{other}\"");
+            return Err(arguments.bad("adapt", message));
+        }
+    };
+    let focus = match arguments.given("focus").map(|given| given.value.clone()) {
+        None => {
+            only_with(arguments, "finer", "focus")?;
+            None
+        }
+        Some(region) => Some(Focus {
+            region: Arc::new(field_of(session, arguments, "focus", region, dimension)?),
+            finer: arguments.positive(session, "finer")?.unwrap_or(FINER),
+        }),
+    };
+    let follows = contrast.is_some() || focus.is_some();
+    Ok(follows.then_some(Density { contrast, focus }))
+}
+
+/// Refuses an argument that says something about another one which is not given.
+fn only_with(arguments: &Arguments, name: &'static str, other: &str) -> Outcome<()> {
+    match arguments.given(name) {
+        None => Ok(()),
+        Some(_) => Err(arguments.bad(name, format!("`{name}` has no meaning without `{other}`"))),
+    }
+}
+
+/// A field, or a function of a point or of coordinates.
+fn field_of(
+    session: &mut Session,
+    arguments: &Arguments,
+    name: &'static str,
+    value: Value,
+    dimension: usize,
+) -> Outcome<CompiledField> {
+    let place = arguments.place(name);
+    let field = match value {
         Value::Field(field) => field,
         Value::Function(function) => {
             let as_point = function.parameter_count() == 1 && dimension > 1;
             session.function_as_field(&function, dimension, as_point, place)?
         }
-        other => return Err(arguments.expected("a number or a function", "spacing", &other)),
+        other => return Err(arguments.expected("a field or a function", name, &other)),
     };
     if field.dimension() != dimension {
         let message = format!(
-            "`spacing` has {} coordinates, but the field has {dimension}",
+            "`{name}` has {} coordinates, but the field has {dimension}",
             field.dimension()
         );
-        return Err(arguments.bad("spacing", message));
+        return Err(arguments.bad(name, message));
     }
-    let compiled = field
+    field
         .compiled(&mut session.graph, session.parameters.values())
-        .at(place, "this spacing")?;
-    Ok(Varying(Arc::new(compiled)))
+        .at(place, "this field")
 }
 
 /// The points that a list of lists of numbers, or a sample, stands for.
@@ -242,8 +329,12 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
             failure(Code::BadValue, message).at(arguments.place(option), "this value")
         }
         SampleError::TooMany { .. } => {
-            let mut failure =
-                failure(Code::ParticleLimit, message).at(arguments.place("count"), "this many");
+            let asked = ["count", "spacing"];
+            let asked = asked
+                .into_iter()
+                .find(|name| arguments.given(name).is_some());
+            let place = arguments.place(asked.unwrap_or("count"));
+            let mut failure = failure(Code::ParticleLimit, message).at(place, "this many");
             failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
             failure
         }
@@ -263,6 +354,7 @@ fn warn_about_samples(
     arguments: &Arguments,
     statistics: &sample::Statistics,
 ) {
+    warn_about_missed(session, arguments, statistics);
     if statistics.births.is_some() && !statistics.converged {
         let message = if !statistics.settled {
             "the search for the surface did not come to an end: the surface may be unbounded"
@@ -316,6 +408,40 @@ fn warn_about_samples(
         .label(arguments.span, "sampled here");
         session.host.warn(warning);
     }
+}
+
+/// Cells that remain at singular points, however often they are halved, are smaller than this part
+/// of the box's diagonal: there is no use in warning of them wherever a surface has a corner.
+const TINY: f64 = 1e-3;
+
+/// Warns where a component may be missing, telling how large it can be.
+fn warn_about_missed(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+) {
+    let of_cells = statistics
+        .proof
+        .filter(|proof| proof.left > 0 && proof.largest_left > TINY * statistics.bounds.diagonal());
+    let of_curves = statistics.curves.as_ref().filter(|curves| !curves.proven);
+    let message = match (of_cells, of_curves) {
+        (Some(proof), _) => format!(
+            "components may be missed: nothing could be proven of {} cells of the box, the largest \
+             {:.2e} across, and smaller components, or those that cross several of these cells, \
+             may have no point",
+            proof.left, proof.largest_left
+        ),
+        (None, Some(curves)) => format!(
+            "components may be missed: it could not be proven that the curve has no others, because \
+             {} tiny cells of the box are left undecided",
+            curves.undecided
+        ),
+        (None, None) => return,
+    };
+    let warning = Diagnostic::warning(Code::MaybeMissed, message)
+        .label(arguments.span, "sampled here")
+        .help("give `bounds` that are closer to the surface, or `seeds` on the component that is missing");
+    session.host.warn(warning);
 }
 
 fn warn_about_lines(

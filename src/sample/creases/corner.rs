@@ -27,9 +27,10 @@ pub struct Corner {
 impl Corner {
     /// Adds a normal, unless it is there.
     pub(super) fn note(&mut self, normal: DVec3) {
-        let is_new = self.normals.iter().all(|known| {
-            known.dot(normal) < 0.0 || known.cross(normal).length() > SAME_NORMAL
-        });
+        let is_new = self
+            .normals
+            .iter()
+            .all(|known| known.dot(normal) < 0.0 || known.cross(normal).length() > SAME_NORMAL);
         if is_new && normal != DVec3::ZERO {
             self.normals.push(normal);
         }
@@ -51,7 +52,8 @@ pub(super) fn on_three(setting: &Setting, pieces: [u32; 3], near: DVec3) -> Opti
         }
         let [a, b, c] = normals;
         let determinant = a.dot(b.cross(c));
-        let step = distances[0] * b.cross(c) + distances[1] * c.cross(a) + distances[2] * a.cross(b);
+        let step =
+            distances[0] * b.cross(c) + distances[1] * c.cross(a) + distances[2] * a.cross(b);
         let step = step / determinant;
         if !step.is_finite() || determinant.abs() < 1e-9 {
             return None;

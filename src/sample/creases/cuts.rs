@@ -112,7 +112,10 @@ pub(super) fn runs(
     cuts.extend(singular.filter_map(|&point| track.crossing(point)));
     let count = component.steps.len() as f64;
     if !component.closed {
-        for (at, end) in [(0.0, component.steps.first()), (count, component.steps.last())] {
+        for (at, end) in [
+            (0.0, component.steps.first()),
+            (count, component.steps.last()),
+        ] {
             let position = end.map(|step| if at == 0.0 { step.from } else { step.to });
             cuts.extend(position.map(|position| Cut {
                 at,
@@ -222,13 +225,7 @@ impl Track<'_> {
     }
 
     /// The roots of one piece.
-    fn roots(
-        &self,
-        other: u32,
-        samples: &[Sample],
-        values: &[(f64, f64)],
-        cuts: &mut Vec<Cut>,
-    ) {
+    fn roots(&self, other: u32, samples: &[Sample], values: &[(f64, f64)], cuts: &mut Vec<Cut>) {
         let mut last: Option<usize> = None;
         for (place, &(value, change)) in values.iter().enumerate() {
             if value == 0.0 || value.is_nan() {
@@ -436,14 +433,16 @@ impl Track<'_> {
             let (runs, more) = self.judge(&ends[1..ends.len() - 1]);
             return (runs, unexplained + more);
         }
-        let run = self.crease_between(&ends[0], &ends[1], 0.5).map(|signs| Run {
-            from: ends[0],
-            to: ends[1],
-            endings: [Ending::None; 2],
-            inner: Vec::new(),
-            signs,
-        });
-        (run.into_iter().collect(), 0)
+        let run = self
+            .crease_between(&ends[0], &ends[1], 0.5)
+            .map(|signs| Run {
+                from: ends[0],
+                to: ends[1],
+                endings: [Ending::None; 2],
+                inner: Vec::new(),
+                signs,
+            });
+        (run.into_iter().collect(), unexplained)
     }
 
     /// Adds cuts where what is at several places between two cuts is not the same, found by

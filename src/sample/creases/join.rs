@@ -59,7 +59,8 @@ impl Directory {
     /// The corner at a point.
     fn find(&self, point: DVec3) -> Option<usize> {
         let [x, y, z] = self.bucket(point);
-        let around = (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [i, j, k])));
+        let around =
+            (-1..=1).flat_map(|i| (-1..=1).flat_map(move |j| (-1..=1).map(move |k| [i, j, k])));
         let near = around
             .filter_map(|[i, j, k]| self.buckets.get(&[x + i, y + j, z + k]))
             .flatten()
@@ -110,7 +111,14 @@ pub(super) fn join(setting: &Setting, curves: &[Curve]) -> (Vec<Crease>, Vec<Cor
         let system = setting.system(curve.pair);
         for run in &curve.runs {
             for (from, to, endings) in split(run, &directory, curve.component.steps.len()) {
-                let made = segment(setting, &system, (curve, run), [from, to], endings, &directory);
+                let made = segment(
+                    setting,
+                    &system,
+                    (curve, run),
+                    [from, to],
+                    endings,
+                    &directory,
+                );
                 if let Some(made) = made
                     && !is_known(setting, &segments, &made)
                 {
@@ -337,7 +345,11 @@ fn chains(mut segments: Vec<Segment>) -> Vec<Crease> {
     let arc = |(order, closed): (Vec<(usize, bool)>, bool)| {
         let parts = order.into_iter().filter_map(|(number, is_ahead)| {
             let segment = taken.get_mut(number)?.take()?;
-            Some(if is_ahead { segment } else { segment.reversed() })
+            Some(if is_ahead {
+                segment
+            } else {
+                segment.reversed()
+            })
         });
         Crease::new(parts.collect(), closed)
     };

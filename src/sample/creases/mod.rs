@@ -187,9 +187,8 @@ fn singular(
         seen.extend(setting.pieces.around(point, 0.5 * setting.finest));
     }
     let meetings = setting.pieces.meetings.iter().enumerate();
-    let unseen = meetings.filter(|(place, meeting)| {
-        !meeting.singular.is_empty() && !seen.contains(place)
-    });
+    let unseen =
+        meetings.filter(|(place, meeting)| !meeting.singular.is_empty() && !seen.contains(place));
     let mut count = 0;
     for (number, (_, meeting)) in unseen.enumerate() {
         if number < CLOSER_LOOKS {

@@ -5,10 +5,10 @@
 
 use rayon::prelude::*;
 
+use super::Setting;
 use super::corner::Corner;
 use super::curves::pairs;
 use super::sheets::{SMALLEST_SINE, crease};
-use super::Setting;
 use crate::engine::Monitor;
 use crate::sample::trace::{Cell, Condition, Place, System, enclose};
 use glam::DVec3;
@@ -41,7 +41,10 @@ pub(super) fn corners(setting: &Setting, monitor: &dyn Monitor) -> Option<(Vec<C
                 .iter_mut()
                 .find(|known| known.position.distance(corner.position) <= same);
             match known {
-                Some(known) => corner.normals.into_iter().for_each(|normal| known.note(normal)),
+                Some(known) => corner
+                    .normals
+                    .into_iter()
+                    .for_each(|normal| known.note(normal)),
                 None => corners.push(corner),
             }
         }
@@ -117,12 +120,7 @@ fn verdict(system: &System, cell: &Cell) -> Verdict {
 }
 
 /// The corner at a point where both pieces vanish, if the field has a crease there that is new.
-fn corner(
-    setting: &Setting,
-    system: &System,
-    point: DVec3,
-    known: &[Corner],
-) -> Option<Corner> {
+fn corner(setting: &Setting, system: &System, point: DVec3, known: &[Corner]) -> Option<Corner> {
     let near = SAME * setting.diagonal;
     if known
         .iter()

@@ -10,6 +10,7 @@ use rustc_hash::FxHashSet;
 
 use crate::engine::{CompiledField, Field, Monitor};
 use crate::geometry::Bounds;
+use crate::sample::Potential;
 use crate::sample::cover::{Cell, cover};
 use crate::sample::evaluation::Batch;
 use crate::sample::kinematic::Kinematic;
@@ -51,7 +52,9 @@ pub(super) fn seeds(
 ) -> Result<Seeds, SampleError> {
     let first = Release {
         field,
-        motion: &Kinematic,
+        motion: &Kinematic {
+            potential: Potential::Absolute,
+        },
         stream: Stream::new(options.seed, SEED_STREAM),
         count: RELEASED,
         bounds: start_box,

@@ -87,7 +87,11 @@ impl Known {
 }
 
 /// Encloses the equations and the direction of the curve over boxes.
-pub(in crate::sample) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]) -> Vec<Known> {
+pub(in crate::sample) fn enclose(
+    system: &System,
+    fields: &[&CompiledField],
+    cells: &[Cell],
+) -> Vec<Known> {
     let columns: [Vec<Interval>; 3] =
         std::array::from_fn(|axis| cells.iter().map(|cell| cell.side(axis)).collect());
     let columns = columns.each_ref().map(|column| &column[..]);

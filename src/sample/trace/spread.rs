@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::starts::Component;
 use super::step::Place;
 use super::system::System;
-use crate::sample::{Options, SampleError};
+use crate::sample::{Options, SampleError, refuse_too_fine};
 
 /// Points on a curve without `count` and `spacing`.
 const DEFAULT_COUNT: u64 = 500;
@@ -20,12 +20,7 @@ pub(super) fn counts(components: &[Component], options: &Options) -> Result<Vec<
     let total: f64 = lengths.sum();
     if let Some(spacing) = options.spacing {
         let wanted = total / spacing;
-        if wanted > options.count_limit as f64 {
-            return Err(SampleError::TooMany {
-                count: wanted.min(1e18) as u64,
-                limit: options.count_limit,
-            });
-        }
+        refuse_too_fine(spacing, wanted, options.count_limit)?;
         let number = |component: &Component| {
             let gaps = (component.length / spacing).round().max(1.0) as u64;
             gaps + u64::from(!component.closed)

@@ -265,8 +265,7 @@ impl Step {
 /// ∫ ds over a chord from ds/dξ at Lobatto's nodes.
 fn integral(chord: f64, rates: [f64; 5]) -> f64 {
     let [first, second, middle, fourth, last] = rates;
-    let sum =
-        WEIGHTS[0] * (first + last) + WEIGHTS[1] * (second + fourth) + WEIGHTS[2] * middle;
+    let sum = WEIGHTS[0] * (first + last) + WEIGHTS[1] * (second + fourth) + WEIGHTS[2] * middle;
     0.5 * chord * sum
 }
 

@@ -30,7 +30,7 @@ use crate::math::scalar;
 use crate::sample::cover::cover;
 use crate::sample::evaluation::Evaluation;
 use crate::sample::statistics::{Proof, Statistics};
-use crate::sample::{Options, Outcome, SampleError, radii};
+use crate::sample::{Options, Outcome, SampleError, radii, refuse_too_fine};
 
 /// Points on a surface without `count` and `spacing`.
 const DEFAULT_COUNT: u64 = 2000;
@@ -94,6 +94,18 @@ pub(in crate::sample) fn surface(
         evaluations: starts.evaluations,
         undefined: 0,
     };
+    let coarse = FIRST_SPACING * bounds.diagonal();
+    if let Some(spacing) = options.spacing
+        && spacing < coarse
+    {
+        // What a coarse front covers tells how many points a fine one takes.
+        front.spacing = coarse;
+        front.grow(&starts.points, monitor)?;
+        let finer = coarse / spacing;
+        let points = front.points.len() as f64 * finer * finer;
+        refuse_too_fine(spacing, points, options.count_limit)?;
+        front.spacing = spacing;
+    }
     let mut trials = 1;
     front.grow(&starts.points, monitor)?;
     let wanted = options.count.unwrap_or(DEFAULT_COUNT) as f64;

@@ -96,7 +96,11 @@ pub(in crate::sample) enum Condition {
 
 impl<'a> System<'a> {
     /// The curve where all fields vanish: one field in R2, two in R3.
-    pub(in crate::sample) fn new(fields: Vec<&'a dyn Field>, diagonal: f64, tolerance: f64) -> System<'a> {
+    pub(in crate::sample) fn new(
+        fields: Vec<&'a dyn Field>,
+        diagonal: f64,
+        tolerance: f64,
+    ) -> System<'a> {
         let dimension = fields.first().map_or(2, |field| field.dimension());
         System {
             fields,
