@@ -1,18 +1,18 @@
 //! The smooth pieces that a field is made of, and where several of them meet.
 //!
 //! Wherever all min, max, abs, select, comparisons and step functions of a field are decided, it is
-//! one smooth function: a *piece*, such as one sphere of a union. Its zero set can have creases only
-//! where two pieces vanish. [`pieces`] subdivides a box: cells in which the field's enclosure
+//! one smooth function: a *piece*, such as one sphere of a union. Its zero set can have creases
+//! only where two pieces vanish. [`pieces`] subdivides a box: cells in which the field's enclosure
 //! excludes 0 or all choices are decided end there; in the others the open choices are gone through
-//! (`pattern`), and the pieces whose enclosures hold 0 are those that may meet there. Equal pieces of
-//! different cells are one.
+//! (`pattern`), and the pieces whose enclosures hold 0 are those that may meet there. Equal pieces
+//! of different cells are one.
 //!
-//! That is complete: a point at which two pieces of the zero set meet lies in a cell that names both,
-//! or in one that is told to be undecided. A piece that is named need not take part.
+//! That is complete: a point at which two pieces of the zero set meet lies in a cell that names
+//! both, or in one that is told to be undecided. A piece that is named need not take part.
 //!
-//! The cost is an enclosure of the field as pruned for its surroundings for each cell, of which there
-//! are some tens for each cell's length of crease, and the pieces' own in those that are left. A field without such operations
-//! costs a look at its graph.
+//! The cost is an enclosure of the field as pruned for its surroundings for each cell, of which
+//! there are some tens for each cell's length of crease, and the pieces' own in those that are
+//! left. A field without such operations costs a look at its graph.
 
 mod pattern;
 mod steps;
@@ -140,9 +140,9 @@ struct Piece {
     probes: [f64; PROBES],
 }
 
-/// The pieces of a field, and where in the box two or more may vanish. Cells are handed out after so
-/// many halvings (at most 16) at the latest, those in which just two pieces meet as soon as that is
-/// known. `None` if the monitor cancelled.
+/// The pieces of a field, and where in the box two or more may vanish. Cells are handed out after
+/// so many halvings (at most 16) at the latest, those in which just two pieces meet as soon as that
+/// is known. `None` if the monitor cancelled.
 pub fn pieces(
     field: &CompiledField,
     low: DVec3,

@@ -1,8 +1,8 @@
 //! The smooth functions that a cell's field may be, by going through its open choices.
 //!
-//! From the root downwards, each open choice that is needed is taken in every way; what is not needed
-//! any more is not asked. A way whose conditions contradict each other (a ≥ b from one choice, b ≥ a
-//! from another) holds on a set without interior at the most and is left out.
+//! From the root downwards, each open choice that is needed is taken in every way; what is not
+//! needed any more is not asked. A way whose conditions contradict each other (a ≥ b from one
+//! choice, b ≥ a from another) holds on a set without interior at the most and is left out.
 //!
 //! Pieces are functions of real numbers: they are simplified further than graphs are, by u + 0 = u
 //! and √(u²) = |u|, so that equal functions of different origin are one node.

@@ -11,13 +11,14 @@ use super::sheets::{SMALLEST_SINE, onto};
 use crate::engine::{Meeting, Monitor, Pieces};
 use crate::sample::trace::{Cell, Component, Region, System, Walker, trace};
 
-/// The most cells that are enclosed for two pieces at first. Pairs for which that is not enough share
-/// the second number, but none gets more than the third.
+/// The most cells that are enclosed for two pieces at first. Pairs for which that is not enough
+/// share the second number, but none gets more than the third.
 const FIRST_CELLS: u64 = 1 << 12;
 const SHARED_CELLS: u64 = 1 << 19;
 const MOST_CELLS: u64 = 1 << 17;
 
-/// Whether two pieces are one is judged in so many cells at the most, and by so many places at least.
+/// Whether two pieces are one is judged in so many cells at the most, and by so many places at
+/// least.
 const MOST_LOOKED_AT: usize = 64;
 const FEWEST_LOOKED_AT: u32 = 3;
 
@@ -63,8 +64,8 @@ pub(super) fn regular(meeting: &Meeting) -> impl Iterator<Item = u32> {
     pieces.filter(|piece| !meeting.singular.contains(piece))
 }
 
-/// Follows the curves of all pairs and finds the creases on them. In the order of the pairs, whatever
-/// the number of threads. `None` if the monitor cancelled.
+/// Follows the curves of all pairs and finds the creases on them. In the order of the pairs,
+/// whatever the number of threads. `None` if the monitor cancelled.
 pub(super) fn follow(setting: &Setting, monitor: &dyn Monitor) -> Option<Vec<Found>> {
     let pairs: Vec<([u32; 2], Vec<usize>)> = pairs(setting.pieces).into_iter().collect();
     let first: Option<Vec<Found>> = pairs
@@ -149,7 +150,8 @@ fn follow_pair(
 }
 
 /// Whether two pieces vanish on the same surface, as far as places all over the cells in which they
-/// meet can tell: then they are one function in two forms, or touch all over it, and make no crease.
+/// meet can tell: then they are one function in two forms, or touch all over it, and make no
+/// crease.
 fn are_one(system: &System, pieces: &Pieces, places: &[usize]) -> bool {
     let stride = places.len().div_ceil(MOST_LOOKED_AT);
     let mut count = 0;

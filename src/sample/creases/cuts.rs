@@ -3,8 +3,8 @@
 //! What happens on the curve can change only where a third piece vanishes: the field is continuous,
 //! and where a sheet ends, another one begins. So the roots of all pieces that come near the curve
 //! cut it into parts, and of each part one place tells. The roots are found between samples that
-//! are closer than the cells in which pieces meet: by changes of sign and, where a piece turns round
-//! between two samples, at the turn.
+//! are closer than the cells in which pieces meet: by changes of sign and, where a piece turns
+//! round between two samples, at the turn.
 
 use glam::DVec3;
 
@@ -276,7 +276,8 @@ impl Track<'_> {
         self.finish(other, before.midpoint(behind))
     }
 
-    /// The roots around the place between two others where the distance from another piece is least.
+    /// The roots around the place between two others where the distance from another piece is
+    /// least.
     fn double_root(&self, other: u32, (from, to): (f64, f64), sign: f64, cuts: &mut Vec<Cut>) {
         let (mut before, mut behind) = (from, to);
         for _ in 0..HALVINGS {
@@ -446,8 +447,8 @@ impl Track<'_> {
     }
 
     /// Adds cuts where what is at several places between two cuts is not the same, found by
-    /// bisection: how many apart from those at which the angle becomes too small. Not all pieces were
-    /// known there.
+    /// bisection: how many apart from those at which the angle becomes too small. Not all pieces
+    /// were known there.
     fn complete(&self, ends: &mut Vec<Cut>) -> u64 {
         let mut missed: Vec<Cut> = Vec::new();
         let mut unexplained = 0;

@@ -1,8 +1,9 @@
 //! From the creases of pairs of pieces to arcs that end in corners.
 //!
-//! Ends at the same point are one corner. A crease that passes a corner is split there; creases that
-//! two pairs of pieces have in common are kept once. Where just two ends meet and lead on smoothly, as where
-//! a circle goes from one piece to the next, there is no corner, and they are one arc.
+//! Ends at the same point are one corner. A crease that passes a corner is split there; creases
+//! that two pairs of pieces have in common are kept once. Where just two ends meet and lead on
+//! smoothly, as where a circle goes from one piece to the next, there is no corner, and they are
+//! one arc.
 
 use std::collections::HashMap;
 

@@ -1,9 +1,10 @@
 //! Creases and corners: where the gradient of a field jumps on its zero set.
 //!
-//! Points that spread by repulsion pile up at sharp edges. Meyer, Kirby and Whitaker ("Topology, accuracy,
-//! and quality of isosurface meshes using dynamic particles", 2007) and Bronson, Levine and Whitaker ("Particle
-//! systems for adaptive, isotropic meshing of CAD models", 2012) put points on corners first, then on edges, then on faces.
-//! Here corners and edges are found, and points on them.
+//! Points that spread by repulsion pile up at sharp edges. Meyer, Kirby and Whitaker ("Topology,
+//! accuracy, and quality of isosurface meshes using dynamic particles", 2007) and Bronson, Levine
+//! and Whitaker ("Particle systems for adaptive, isotropic meshing of CAD models", 2012) put points
+//! on corners first, then on edges, then on faces. Here corners and edges are found, and points on
+//! them.
 //!
 //! In reading order: the engine tells which smooth pieces of the field meet where
 //! ([`crate::engine::pieces`]); the curves on which two of them vanish are followed by continuation
@@ -12,8 +13,8 @@
 //! (`corner`, `join`); and points are placed (`points`). In the plane creases are points (`plane`).
 //!
 //! What is complete, and what not: cells in which pieces may meet come from enclosures, and so do
-//! the curves; cells in which nothing could be decided are counted. Angles of less than a degree are
-//! no creases. A point at which a single piece has no gradient (the tip of a cone, an edge of
+//! the curves; cells in which nothing could be decided are counted. Angles of less than a degree
+//! are no creases. A point at which a single piece has no gradient (the tip of a cone, an edge of
 //! an R-function) is not found, and its cell is counted as undecided if choices are open in it.
 
 mod corner;
@@ -37,8 +38,8 @@ use crate::geometry::Bounds;
 /// Halvings of the box into the cells in which pieces meet.
 const HALVINGS: u32 = 6;
 
-/// Further halvings of cells in which a piece may have no gradient, and the most cells that are looked
-/// at so closely.
+/// Further halvings of cells in which a piece may have no gradient, and the most cells that are
+/// looked at so closely.
 const CLOSER: u32 = 3;
 const CLOSER_LOOKS: usize = 1 << 10;
 
@@ -51,7 +52,8 @@ pub struct Crease {
     pub closed: bool,
     /// Its arc length.
     pub length: f64,
-    /// The corners at its ends, by their places in [`Creases::corners`]; none at the side of the box.
+    /// The corners at its ends, by their places in [`Creases::corners`]; none at the side of the
+    /// box.
     pub corners: [Option<usize>; 2],
 }
 
@@ -119,12 +121,13 @@ impl<'a> Setting<'a> {
     }
 }
 
-/// Finds the creases and corners of a field in a box, to a distance of `tolerance`. For fields in R2
-/// and R3; in R1 there are none. `None` if the monitor cancelled.
+/// Finds the creases and corners of a field in a box, to a distance of `tolerance`. For fields in
+/// R2 and R3; in R1 there are none. `None` if the monitor cancelled.
 ///
 /// The result does not depend on the number of threads. A field without choices costs a look at its
-/// graph. Otherwise the cost is that of [`pieces`], and for each crease some hundred enclosures and some thousand
-/// evaluations of the two pieces that it lies on, whatever the size of the whole field.
+/// graph. Otherwise the cost is that of [`pieces`], and for each crease some hundred enclosures and
+/// some thousand evaluations of the two pieces that it lies on, whatever the size of the whole
+/// field.
 pub fn creases(
     field: &CompiledField,
     bounds: Bounds,
@@ -167,8 +170,8 @@ pub fn creases(
     })
 }
 
-/// The number of cells in which a piece may have no gradient, and where no crease was found; a closer
-/// look clears most. `None` if the monitor cancelled.
+/// The number of cells in which a piece may have no gradient, and where no crease was found; a
+/// closer look clears most. `None` if the monitor cancelled.
 fn singular(
     setting: &Setting,
     arcs: &[Crease],

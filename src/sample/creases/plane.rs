@@ -1,7 +1,7 @@
 //! Creases in the plane: the points in which two pieces of a field vanish.
 //!
-//! A cell in which the determinant of both gradients cannot vanish holds one such point at the most.
-//! Newton's method finds it or leads out of the cell; other cells are split.
+//! A cell in which the determinant of both gradients cannot vanish holds one such point at the
+//! most. Newton's method finds it or leads out of the cell; other cells are split.
 
 use rayon::prelude::*;
 
@@ -23,8 +23,8 @@ const AROUND: f64 = 2.0;
 /// Points closer than this part of the diagonal are one.
 const SAME: f64 = 1e-7;
 
-/// The corners of a field in the plane, and the number of cells of which nothing is known. `None` if
-/// the monitor cancelled.
+/// The corners of a field in the plane, and the number of cells of which nothing is known. `None`
+/// if the monitor cancelled.
 pub(super) fn corners(setting: &Setting, monitor: &dyn Monitor) -> Option<(Vec<Corner>, u64)> {
     let pairs: Vec<([u32; 2], Vec<usize>)> = pairs(setting.pieces).into_iter().collect();
     let found: Option<Vec<(Vec<Corner>, u64)>> = pairs

@@ -26,8 +26,9 @@ impl Creases {
     /// wanted at each place: as many distances as come nearest to it, at least one, and at
     /// least three on closed arcs. Arcs that end in the border have a point there.
     ///
-    /// Each lies on the zero sets of both sides to the tolerance. The order is that of the corners and arcs. Costs some
-    /// ten evaluations of both sides a point, and the spacing at five places of each step.
+    /// Each lies on the zero sets of both sides to the tolerance. The order is that of the corners
+    /// and arcs. Costs some ten evaluations of both sides a point, and the spacing at five places
+    /// of each step.
     pub fn points(&self, spacing: &dyn Fn(DVec3) -> f64) -> Vec<CreasePoint> {
         let setting = self.setting();
         let mut points: Vec<CreasePoint> = self

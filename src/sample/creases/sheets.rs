@@ -1,8 +1,8 @@
 //! Which sheets of a zero set meet along the curve of two pieces.
 //!
 //! From a point of the curve, the zero set of each piece leads away to two sides. The field's own
-//! leads where the field vanishes, too, a little away from the curve. There is a crease if it does for
-//! both pieces: they take over from each other, or cross.
+//! leads where the field vanishes, too, a little away from the curve. There is a crease if it does
+//! for both pieces: they take over from each other, or cross.
 
 use glam::DVec3;
 
@@ -24,8 +24,8 @@ const SMALL: f64 = 1e-3;
 /// Newton's steps onto a piece, of which two do for points as close as these.
 const STEPS: usize = 4;
 
-/// Whether the pieces of a system make a crease at a place: for each the sign by which its normal is
-/// that of the field. `room` is the distance to where that may change.
+/// Whether the pieces of a system make a crease at a place: for each the sign by which its normal
+/// is that of the field. `room` is the distance to where that may change.
 pub(super) fn crease(
     setting: &Setting,
     system: &System,

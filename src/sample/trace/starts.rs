@@ -4,8 +4,9 @@
 //! cell, three times as large, the curve is proven to be a graph over an axis with so small slopes
 //! that it cannot leave through the sides, there is one piece of it at most; if a point of that
 //! lies on a curve that was walked, the cell is settled, and if not, a walk begins there. Other
-//! cells are split, down to cells that are as small as the places at which a walk jumps over what is
-//! singular. What is left of them is counted: a component that was missed lies in such cells only.
+//! cells are split, down to cells that are as small as the places at which a walk jumps over what
+//! is singular. What is left of them is counted: a component that was missed lies in such cells
+//! only.
 //!
 //! Of fields that are not compiled nothing is known between the points of a grid; walks then begin
 //! in its cells on whose corners all fields change their sign, and nothing is proven.
@@ -33,8 +34,8 @@ const MOST_CELLS: u64 = 1 << 17;
 /// Gradients between which no larger sine is possible in a cell are judged by those at one point.
 const NARROW: f64 = 0.4;
 
-/// Where surfaces touch, they are close to each other up to this distance from there, as a part of the
-/// diagonal.
+/// Where surfaces touch, they are close to each other up to this distance from there, as a part of
+/// the diagonal.
 const TOUCH: f64 = 1.0 / 64.0;
 
 /// Cells enclosed at a time.
@@ -420,8 +421,8 @@ impl Search<'_> {
     }
 }
 
-/// The cells of a grid, so many along the longest side of the box, on whose corners all fields change
-/// their sign; and what that cost.
+/// The cells of a grid, so many along the longest side of the box, on whose corners all fields
+/// change their sign; and what that cost.
 pub(in crate::sample) fn crossed_cells(
     fields: &[&dyn Field],
     bounds: &Bounds,
