@@ -14,7 +14,7 @@ use crate::sample::trace::{Cell, Component, Region, System, Walker, trace};
 /// The most cells that are enclosed for two pieces at first. Pairs for which that is not enough share
 /// the second number, but none gets more than the third.
 const FIRST_CELLS: u64 = 1 << 12;
-const SHARED_CELLS: u64 = 1 << 18;
+const SHARED_CELLS: u64 = 1 << 19;
 const MOST_CELLS: u64 = 1 << 17;
 
 /// Whether two pieces are one is judged in so many cells at the most, and by so many places at least.
