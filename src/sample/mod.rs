@@ -558,6 +558,24 @@ fn check(options: &Options) -> Result<(), SampleError> {
     if options.varying.is_some() && !matches!(options.method, Method::Floaters | Method::Relax) {
         return range("spacing", "a number with this method", &"a function");
     }
+    for (name, value) in options.rules.named() {
+        if !(value > 0.0 && value.is_finite()) {
+            return range(name, "greater than 0 and finite", &value);
+        }
+    }
+    if options.exact && options.method != Method::Floaters {
+        return range("exact", "left out with this method", &true);
+    }
+    if options.exact && options.count.is_some() {
+        return range(
+            "count",
+            "left out with `exact`, which gives `sigma`",
+            &"given",
+        );
+    }
+    if !options.exact && options.rules.sigma.is_some() {
+        return range("sigma", "left out without `exact`", &"given");
+    }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);
     }

@@ -9,6 +9,7 @@ mod graded;
 mod grid;
 mod lines;
 mod options;
+mod paper;
 mod particles;
 mod poisson;
 mod rays;
