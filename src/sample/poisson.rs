@@ -31,13 +31,13 @@ use crate::engine::{Field, Monitor};
 use crate::geometry::Bounds;
 use cells::Cells;
 use elimination::eliminate;
-use exchange::Exchange;
+use exchange::{Exchange, PASSES};
 
 /// Points of the dense sample for each one that is wanted.
-const DENSITY: u64 = 10;
+const DENSITY: u64 = 6;
 
 /// How often the middles of gaps are added to the dense sample.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 12;
 
 /// The residual, relative to the diagonal, that every point should have if rounding allows it.
 const EXACT: f64 = 1e-14;
@@ -101,22 +101,40 @@ fn thin_out(
     mut polished: impl FnMut(&[DVec3]) -> Vec<Point>,
     ask: &dyn Fn(&str, f64) -> bool,
 ) -> Option<Vec<Point>> {
+    let positions: Vec<DVec3> = dense.iter().map(|point| point.position).collect();
+    let order = cells::order(&positions, REACH * spacing);
+    dense = order.iter().map(|&index| dense[index as usize]).collect();
     let mut cloud = Cloud::new(dimension, &dense, spacing);
     let eliminating = |fraction| ask("eliminate", fraction);
     eliminating(0.0).then_some(())?;
     let mut sample = eliminate(&cloud, count, &eliminating)?;
+    let base = dense.len();
     for round in 0..=ROUNDS {
         let mut exchange = Exchange::new(&mut cloud, &sample);
-        exchange.run(&mut sample, &|done| {
+        let passes = if round < ROUNDS { 1 } else { PASSES };
+        exchange.run(&mut sample, passes, &|done| {
             ask("exchange", (round as f64 + done) / (ROUNDS + 1) as f64)
         })?;
         if round < ROUNDS {
-            dense.extend(polished(&exchange.middles()));
+            let middles = polished(&exchange.middles());
+            keep_chosen(&mut dense, base, &mut sample);
+            dense.extend(middles);
             cloud = Cloud::new(dimension, &dense, spacing);
         }
     }
     sample.sort_unstable();
     Some(sample.iter().map(|&index| dense[index as usize]).collect())
+}
+
+/// Forgets earlier middles that nobody chose, which stand behind the first `base` points.
+fn keep_chosen(dense: &mut Vec<Point>, base: usize, sample: &mut [u32]) {
+    let middles = dense.split_off(base);
+    for index in sample {
+        if let Some(middle) = (*index as usize).checked_sub(base) {
+            *index = dense.len() as u32;
+            dense.push(middles[middle]);
+        }
+    }
 }
 
 /// Puts places on the surface; those that end up far away or outside of the box are left out. Comes
@@ -208,6 +226,7 @@ impl Cloud {
     }
 
     /// The squared distance of two neighbours.
+    #[inline(always)]
     fn square(&self, one: u32, other: u32) -> Option<f64> {
         let (here, there) = (one as usize, other as usize);
         let square = self.positions[here].distance_squared(self.positions[there]);
@@ -240,6 +259,7 @@ impl Eq for Key {}
 
 impl Ord for Key {
     /// By value; of equal ones the earlier index is greater, so that it leaves a heap first.
+    #[inline(always)]
     fn cmp(&self, other: &Key) -> std::cmp::Ordering {
         let by_value = self.value.total_cmp(&other.value);
         by_value.then(other.index.cmp(&self.index))
@@ -247,6 +267,7 @@ impl Ord for Key {
 }
 
 impl PartialOrd for Key {
+    #[inline(always)]
     fn partial_cmp(&self, other: &Key) -> Option<std::cmp::Ordering> {
         Some(self.cmp(other))
     }

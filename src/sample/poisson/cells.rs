@@ -19,21 +19,41 @@ pub(super) struct Cells {
     places: Vec<(u32, u32)>,
 }
 
+/// The side of cells at least `reach` wide, and the lowest corner; wider where there would be more
+/// than two million in a row.
+fn layout(positions: &[DVec3], reach: f64) -> (DVec3, f64) {
+    let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = (positions.iter().copied()).fold(DVec3::NEG_INFINITY, DVec3::max);
+    (low, reach.max((high - low).max_element() / LAST))
+}
+
+/// The key of the cell of a position.
+fn key_of(position: DVec3, low: DVec3, side: f64) -> u64 {
+    // Indices begin at 1, so that there is one before each.
+    let index = ((position - low) / side).to_array();
+    key(index.map(|place| place.clamp(0.0, LAST) as u64 + 1))
+}
+
+/// The places of the points, cell by cell: in this order, points that are close in space are close
+/// in memory.
+pub(super) fn order(positions: &[DVec3], reach: f64) -> Vec<u32> {
+    let (low, side) = layout(positions, reach);
+    let keys = positions
+        .iter()
+        .map(|&position| key_of(position, low, side));
+    let mut placed: Vec<(u64, u32)> = keys.zip(0..).collect();
+    placed.sort_unstable();
+    placed.into_iter().map(|(_, index)| index).collect()
+}
+
 impl Cells {
     /// Cells at least `reach` wide; wider where there would be more than two million in a row.
     pub(super) fn new(positions: &[DVec3], reach: f64) -> Cells {
-        let low = positions.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let high = (positions.iter().copied()).fold(DVec3::NEG_INFINITY, DVec3::max);
-        let side = reach.max((high - low).max_element() / LAST);
-        let key_of = |position: DVec3| {
-            // Indices begin at 1, so that there is one before each.
-            let index = ((position - low) / side).to_array();
-            key(index.map(|place| place.clamp(0.0, LAST) as u64 + 1))
-        };
+        let (low, side) = layout(positions, reach);
         let mut placed: Vec<(u64, u32)> = positions
             .iter()
             .zip(0..)
-            .map(|(&position, index)| (key_of(position), index))
+            .map(|(&position, index)| (key_of(position, low, side), index))
             .collect();
         placed.sort_unstable();
         let mut keys: Vec<u64> = Vec::new();

@@ -1,4 +1,8 @@
 //! The exchange: every point in turn is taken away, and one comes in where the gap is widest.
+//!
+//! A point that stayed where it was would stay again, as long as nothing has changed around it and no
+//! gap elsewhere is wider than the one that it fills: it is passed over, so that later passes cost
+//! little. The cost of one exchange does not depend on the number of points but for the heap.
 
 use std::collections::BinaryHeap;
 
@@ -7,8 +11,8 @@ use rayon::prelude::*;
 
 use super::{Cloud, Key};
 
-/// How often each point may be moved.
-const PASSES: usize = 3;
+/// How often each point may be moved, in the end.
+pub(super) const PASSES: usize = 2;
 
 /// The points are at rest when a pass moves no more than this part of them.
 const STILL: f64 = 0.01;
@@ -18,6 +22,9 @@ const ASK: usize = 1 << 12;
 
 /// Gaps at least so wide, in ideal spacings, are worth finding the exact middle of.
 const WIDE: f64 = 0.7;
+
+/// Narrower gaps, in ideal spacings, are not kept in the heap: whoever leaves makes a wider one.
+const NARROW: f64 = 0.7;
 
 /// Points as close as this, in ideal spacings, lie in the same gap.
 const GAP: f64 = 0.3;
@@ -31,6 +38,8 @@ pub(super) struct Exchange<'a> {
     /// Points outside of the sample, the farthest from it first. Entries whose distance is no longer
     /// right are passed over.
     gaps: BinaryHeap<Key>,
+    /// Whether something has changed around a point of the sample since its last turn.
+    restless: Vec<bool>,
 }
 
 impl<'a> Exchange<'a> {
@@ -47,6 +56,7 @@ impl<'a> Exchange<'a> {
             cloud,
             nearest,
             gaps: BinaryHeap::new(),
+            restless: vec![true; number as usize],
         };
         (0..number).for_each(|index| exchange.enter(index));
         exchange
@@ -54,17 +64,29 @@ impl<'a> Exchange<'a> {
 
     /// Moves each point of the sample, in turn, to the widest gap that there is without it, until few
     /// move any more; the least distance does not fall. `None` if `ask` says to stop.
-    pub(super) fn run(&mut self, sample: &mut [u32], ask: &dyn Fn(f64) -> bool) -> Option<()> {
+    pub(super) fn run(
+        &mut self,
+        sample: &mut [u32],
+        passes: usize,
+        ask: &dyn Fn(f64) -> bool,
+    ) -> Option<()> {
         let number = sample.len();
-        for pass in 0..PASSES {
+        for pass in 0..passes {
             let mut moved = 0;
             for (turn, index) in sample.iter_mut().enumerate() {
-                self.remove(*index);
-                let gap = self.widest().unwrap_or(*index);
-                self.insert(gap);
-                moved += usize::from(gap != *index);
-                *index = gap;
-                let done = (pass * number + turn) as f64 / (PASSES * number) as f64;
+                if self.may_move(*index) {
+                    self.restless[*index as usize] = false;
+                    self.remove(*index);
+                    let gap = self.widest().unwrap_or(*index);
+                    self.insert(gap);
+                    if gap != *index {
+                        self.disturb(*index);
+                        self.disturb(gap);
+                        moved += 1;
+                        *index = gap;
+                    }
+                }
+                let done = (pass * number + turn) as f64 / (passes * number) as f64;
                 if turn % ASK == 0 && !ask(done) {
                     return None;
                 }
@@ -124,10 +146,28 @@ impl<'a> Exchange<'a> {
         (near_enough && wider).then_some(middle)
     }
 
-    /// Puts a point outside of the sample into the heap.
+    /// Whether a point of the sample might leave its place: something has changed around it, or there
+    /// is a gap wider than the one that it fills.
+    fn may_move(&mut self, index: u32) -> bool {
+        let own = self.nearest[index as usize].0;
+        let widest = self.widest();
+        self.restless[index as usize]
+            || widest.is_some_and(|gap| self.nearest[gap as usize].0 > own)
+    }
+
+    /// Notes that something has changed here.
+    fn disturb(&mut self, index: u32) {
+        let restless = &mut self.restless;
+        restless[index as usize] = true;
+        self.cloud
+            .chosen_neighbours(index, |other, _| restless[other as usize] = true);
+    }
+
+    /// Puts a point outside of the sample into the heap, if it lies in a gap.
     fn enter(&mut self, index: u32) {
-        if !self.cloud.cells.is_chosen(index) {
-            let value = self.nearest[index as usize].0;
+        let value = self.nearest[index as usize].0;
+        let narrow = NARROW * self.cloud.spacing;
+        if value >= narrow * narrow && !self.cloud.cells.is_chosen(index) {
             self.gaps.push(Key { value, index });
         }
     }
@@ -148,8 +188,9 @@ impl<'a> Exchange<'a> {
         self.cloud.cells.release(index);
         self.enter(index);
         let mut bereft = Vec::new();
-        self.cloud.neighbours(index, |other, _| {
-            if self.nearest[other as usize].1 == index {
+        // Whose nearest it was are neighbours: their distances need not be measured again.
+        self.cloud.cells.near(index, |other| {
+            if other != index && self.nearest[other as usize].1 == index {
                 bereft.push(other);
             }
         });
