@@ -11,6 +11,7 @@ mod options;
 mod particles;
 mod poisson;
 mod rays;
+mod refusals;
 mod statistics;
 mod thinning;
 mod trace;
