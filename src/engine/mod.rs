@@ -9,7 +9,8 @@
 //! `block` (the steps as a `tape`, each run over many points) or `interpret` (the reference).
 //! `explore` leads samplers
 //! and polygonizers through a subdivision of space, with tapes that `prune` shortens for its
-//! parts; `extent` finds a box around a zero set; `sparse` finds the parameters that matter in a box.
+//! parts; `extent` finds a box around a zero set; `pieces` tells of which smooth functions a field
+//! is made, and where they meet; `sparse` finds the parameters that matter in a box.
 
 mod field;
 mod monitor;
@@ -29,6 +30,8 @@ mod prune;
 mod explore;
 
 mod extent;
+
+mod pieces;
 
 mod sparse;
 
@@ -54,6 +57,7 @@ pub use extent::{Extent, extent};
 pub use field::Field;
 pub use jit::{compilations, compiling, refusal};
 pub use monitor::{Monitor, Silent};
+pub use pieces::{Meeting, Pieces, pieces};
 pub use program::Program;
 pub use sparse::SparseParameters;
 pub use tier::Tier;

@@ -226,6 +226,11 @@ impl Program {
         self.tier
     }
 
+    /// The first root in the program's own graph, whose parameters are places of q.
+    pub(super) fn first_root(&self) -> Option<(&Graph, NodeId)> {
+        Some((&self.graph, *self.roots.first()?))
+    }
+
     /// What encloses the first root and its F_x; none if there is no root.
     pub(super) fn slopes(&self) -> Option<&Slopes> {
         let &root = self.roots.first()?;

@@ -237,6 +237,13 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let proof = set.statistics.as_ref()?.proof?;
         number(proof.largest_left)
     }),
+    shown("crease_points", |set| number(creased(set)?.points as f64)),
+    shown("corners", |set| number(creased(set)?.corners as f64)),
+    shown("crease_length", |set| number(creased(set)?.length)),
+    hidden("creases_undecided", |set| {
+        let creases = set.statistics.as_ref()?.creases?;
+        number(creases.undecided as f64)
+    }),
     shown("lines", |set| number(lines(set)?.drawn as f64)),
     shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
     shown("length_error", |set| {
@@ -276,6 +283,11 @@ const SAMPLES: &[Property<SampleSet>] = &[
 ];
 
 /// What continuation tells of curves.
+fn creased(set: &SampleSet) -> Option<sample::Creased> {
+    let creases = set.statistics.as_ref()?.creases?;
+    (creases.points > 0).then_some(creases)
+}
+
 fn walked(set: &SampleSet) -> Option<&sample::CurveStatistics> {
     set.statistics.as_ref()?.curves.as_ref()
 }

@@ -63,3 +63,20 @@ scalar_functions! {
     /// [`hypot`](super::hypot) of a pair.
     hypot(a, b);
 }
+
+/// [`exp`](super::exp) of each lane, as many as both slices have: the same bits as of one number.
+pub fn exp_of_each(out: &mut [f64], x: &[f64]) {
+    #[cfg(target_arch = "x86_64")]
+    if is_x86_feature_detected!("fma") && is_x86_feature_detected!("avx2") {
+        // SAFETY: the processor has both features of the function.
+        unsafe { fused_exp_of_each(out, x) };
+        return;
+    }
+    super::slice::exp(out, x);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn fused_exp_of_each(out: &mut [f64], x: &[f64]) {
+    super::slice::exp(out, x);
+}

@@ -265,6 +265,30 @@ impl Camera {
         }
     }
 
+    /// The screen coordinates of a point; nothing if it is not in front of the eye.
+    pub(super) fn screen(&self, point: DVec3) -> Option<[f64; 3]> {
+        let forward = -self.frame[2];
+        let (ray, depth) = match self.projection {
+            Projection::Parallel { forward: slice } => {
+                let depth = (point - self.corner).dot(forward) / slice.length();
+                (point - depth * slice, depth)
+            }
+            Projection::Central { eye, near, step } => {
+                let distance = (point - eye).dot(forward);
+                if distance <= 0.0 {
+                    return None;
+                }
+                ((point - eye) / distance, (distance - near) / step)
+            }
+        };
+        let offset = ray - self.corner;
+        let [u, v] = [self.across, self.down].map(|axis| offset.dot(axis) / axis.length_squared());
+        [u, v, depth]
+            .iter()
+            .all(|part| part.is_finite())
+            .then_some([u, v, depth])
+    }
+
     /// The derivatives of the point with respect to the screen coordinates, as columns.
     pub(super) fn jacobian(&self, [u, v, depth]: [f64; 3]) -> DMat3 {
         match self.projection {

@@ -1,13 +1,15 @@
-//! Pictures of fields: a graph over R1, a map with contour lines in R2, a lit solid in R3.
+//! Pictures of fields: a graph over R1, a map with contour lines in R2, a lit solid in R3; and of
+//! samples.
 //!
 //! One entry, [`render`], makes an image of any field. `line` draws graphs; `plane` evaluates F
 //! at every pixel, or only the sign of F where intervals leave it open ([`bitmap`]), and `tone`
 //! colours it; `space` finds what each pixel of a [`Camera`] sees ([`height_map`]), `root` where
-//! exactly, and `light` shades it. `color` knows the palette. What is smaller than a pixel can
+//! exactly, and `light` shades it; `disks` shows samples. `color` knows the palette. What is smaller than a pixel can
 //! be missed; an image does not depend on the number of threads.
 
 mod camera;
 mod color;
+mod disks;
 mod light;
 mod line;
 mod march;
@@ -22,6 +24,7 @@ use crate::engine::{CompiledField, Field, Monitor};
 use crate::geometry::{Bounds, Image};
 
 pub use camera::{Aim, Camera, View};
+pub use disks::{box_around, render_samples};
 pub use plane::{Bitmap, Side, bitmap};
 pub use space::{HeightMap, Hit, height_map};
 
@@ -231,13 +234,8 @@ fn proportioned(bounds: &Bounds, longest: usize) -> [usize; 2] {
     }
 }
 
-/// A picture of a solid.
-fn solid(
-    field: &CompiledField,
-    options: &Options,
-    size: [usize; 2],
-    monitor: &dyn Monitor,
-) -> Result<Picture, PictureError> {
+/// Whether the angles of the view make sense.
+fn check_angles(options: &Options) -> Result<(), PictureError> {
     if let Some(angle) = options.perspective
         && !(angle > 0.0 && angle < 3.0)
     {
@@ -252,6 +250,17 @@ fn solid(
     if !(azimuth.is_finite() && elevation.is_finite()) {
         return bad("view", "the angles of a view must be finite".into());
     }
+    Ok(())
+}
+
+/// A picture of a solid.
+fn solid(
+    field: &CompiledField,
+    options: &Options,
+    size: [usize; 2],
+    monitor: &dyn Monitor,
+) -> Result<Picture, PictureError> {
+    check_angles(options)?;
     let aim = Aim {
         bounds: options.bounds,
         view: options.view,

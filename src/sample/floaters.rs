@@ -7,100 +7,49 @@
 //! the control of the number (`balance`). Here they come together:
 //!
 //! 1. Seeds, on every component of the zero set (`seeds`); thinned out they are the first floaters.
-//! 2. Adaptive repulsion with a radius for each floater, births and deaths, first to a coarse
-//!    spacing, which tells the area, then to ever finer ones, each halving the radius squared.
-//! 3. Balance: the exact number is made, and repulsion with one radius for all, half the
+//! 2. Adaptive repulsion with a radius for each floater, births and deaths, to a coarse
+//!    spacing, which tells the area (`run`).
+//! 3. On creases and in corners, which are known ([`super::creases`]), floaters are put at the wanted spacing
+//!    and stay.
+//! 4. A first generation comes to rest; then every generation is made of the last by births in the
+//!    middle between neighbours (`refinement`).
+//! 5. Balance: the exact number is made, and repulsion with one radius for all, about half the
 //!    spacing, brings them to equilibrium. That is where neighbours are about two radii apart,
 //!    "to guarantee strong repulsion" (section 4.3).
-//! 4. Newton's polish puts every floater on F = 0 to the tolerance.
+//! 6. Newton's polish puts every floater on F = 0 to the tolerance.
+//!
+//! With [`Options::exact`] the paper's adaptive repulsion from one seed a component is all of it.
 //!
 //! It has converged when the number is the one asked for, nobody was born or died any more, and
 //! the root mean square step is a few thousandths of the radius. The cost is linear in the number
-//! of floaters: about 150 evaluations each.
-//!
-//! Limits: points on creases lie on either side rather than exactly on the edge.
+//! of floaters: about 70 evaluations each.
 
 pub(super) mod balance;
 mod fission;
 mod neighbours;
 mod population;
+mod refinement;
 mod repulsion;
+mod run;
 mod seeds;
 
 use glam::DVec3;
 
+use super::creases::creases;
 use super::newton::{Point, Polish, polish};
 use super::random::Stream;
-use super::statistics::{Dropped, Statistics, Tally};
-use super::{Method, Options, Outcome, SampleError, Varying, out_of_range};
+use super::statistics::{Creased, Dropped, Statistics, Tally};
+use super::{Options, Outcome, SampleError, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
-use balance::{number_for, spacing_for};
 use fission::Dice;
-use population::{Floater, Population, SETTLING};
+use population::{Floater, Population};
+use run::Run;
+pub(super) use run::default_count;
 use seeds::{RELEASED, Seeds, seeds};
 
 /// The purpose of the random stream; the preliminary search and the seeds take smaller numbers.
 const FISSION_STREAM: u64 = 2 << 32;
-
-/// The number of points without any wish: a surface, a curve.
-const DEFAULT_COUNT: (u64, u64) = (2000, 500);
-
-/// The number of points without any wish, in this dimension.
-pub(super) fn default_count(dimension: usize) -> u64 {
-    match dimension {
-        2 => DEFAULT_COUNT.1,
-        _ => DEFAULT_COUNT.0,
-    }
-}
-
-/// The coarse radius, in units of the surface's diameter: some hundred floaters.
-const COARSE: (f64, f64) = (1.0 / 40.0, 1.0 / 100.0);
-
-/// The paper's σ̂ in units of the spacing that it leads to. Radii end between δ σ̂ and σ̂, with
-/// neighbours at two radii.
-const PAPER_RADIUS: f64 = 0.6;
-
-/// The population may grow to so many times what the area asks for.
-const SPARE_CAPACITY: f64 = 2.0;
-
-/// Steps of adaptive repulsion for one desired radius, at most.
-const POPULATE_LIMIT: u32 = 80;
-/// Floaters that relaxation begins with, more or less.
-const FIRST_GENERATION: f64 = 100.0;
-
-/// It has come to rest when so many steps
-const QUIET_STEPS: usize = 5;
-/// changed the population by no more than this part.
-const QUIET_CHANGES: f64 = 0.02;
-
-/// Rounds of balance, at most, and steps in each.
-const ROUNDS: u32 = 8;
-const ROUND_STEPS: u32 = 16;
-
-/// A number this close to the one that fits the spacing is left alone.
-const NEAR_ENOUGH: f64 = 0.004;
-
-/// Where the spacing varies, repulsion carries floaters to where they are missing, but slowly:
-/// if more than this part of them is misplaced, they die and others are born.
-const MISPLACED: f64 = 0.01;
-
-/// Equilibrium: the root mean square step of the floaters, in radii, on smooth parts of the
-/// surface and on creases.
-const AT_REST: (f64, f64) = (4e-3, 2e-2);
-
-/// Steps to equilibrium, at most.
-const SETTLE_LIMIT: u32 = 400;
-
-/// How often balance begins anew because floaters had to be merged.
-const ATTEMPTS: u32 = 2;
-
-/// What was asked for.
-#[derive(Clone, Copy)]
-enum Goal {
-    Spacing(f64),
-    Count(u64),
-}
 
 /// Samples the zero set of a field in R2 or R3 by floaters.
 pub(super) fn floaters(
@@ -120,8 +69,22 @@ pub(super) fn floaters(
         located,
         proof,
     } = seeds(field, start_box, options, monitor, &mut search_tally)?;
+    let bounds = located.bounds;
+    let tolerance = options.tolerance * bounds.diagonal();
+    let creases = match field
+        .compiled()
+        .filter(|_| !options.exact && !seeds.is_empty())
+    {
+        Some(compiled) => {
+            let found = creases(compiled, bounds, tolerance, monitor);
+            Some(found.ok_or(SampleError::Cancelled)?)
+        }
+        None => None,
+    };
+    let creased = creases.as_ref().map(Creased::new);
     let mut run = Run {
-        population: Population::new(field, located.bounds),
+        creases: creases.filter(|creases| !creases.corners.is_empty() || !creases.arcs.is_empty()),
+        population: Population::new(field, located.bounds, options.rules),
         dice: Dice::new(Stream::new(options.seed, FISSION_STREAM)),
         monitor,
         options,
@@ -157,256 +120,16 @@ pub(super) fn floaters(
         nan_points: search_tally.undefined_evaluations + tally.undefined_evaluations,
         singular,
         energy: run.population.energy(),
+        creases: creased.map(|creased| Creased {
+            points: run.population.pinned(),
+            ..creased
+        }),
         ..Statistics::new(located.bounds)
     };
     Ok(Outcome {
         samples,
         statistics,
     })
-}
-
-/// One run of floaters.
-struct Run<'a> {
-    population: Population<'a>,
-    dice: Dice,
-    monitor: &'a dyn Monitor,
-    options: &'a Options,
-    births: u64,
-    deaths: u64,
-}
-
-impl Run<'_> {
-    /// From seeds to equilibrium; returns whether that was reached.
-    fn run(&mut self, seeds: &[Point]) -> Result<bool, SampleError> {
-        let dimension = self.population.bounds.dimension;
-        let positions = seeds.iter().map(|seed| seed.position);
-        let Some(around) = Bounds::of_points(dimension, positions) else {
-            return Ok(true);
-        };
-        let coarse = match dimension {
-            2 => COARSE.1,
-            _ => COARSE.0,
-        };
-        self.weigh_seeds(seeds)?;
-        let mean = self.population.wanted.map(|(_, mean)| mean);
-        let goal = match (self.options.spacing.or(mean), self.options.count) {
-            (Some(_), Some(count)) => Goal::Count(count),
-            (Some(spacing), _) => Goal::Spacing(spacing),
-            (None, count) => Goal::Count(count.unwrap_or(default_count(dimension))),
-        };
-        // A zero set that is a single point has no diameter.
-        let smallest = 1e-6 * self.population.bounds.diagonal();
-        let coarse = coarse * around.diagonal().max(smallest);
-        let mut radius = match goal {
-            Goal::Spacing(spacing) => coarse.max(PAPER_RADIUS * spacing),
-            Goal::Count(_) => coarse,
-        };
-        let seed = |&seed: &Point| Floater::at_rest(seed, radius);
-        self.population.floaters = seeds.iter().map(seed).collect();
-        self.population.level(radius);
-        self.thin_seeds();
-        self.populate(radius)?;
-        let area = self.population.measure();
-        let spacing = match goal {
-            Goal::Spacing(spacing) => spacing,
-            Goal::Count(count) => spacing_for(dimension, area, count as f64),
-        };
-        let expected = number_for(dimension, area, spacing);
-        let limit = self.options.count_limit;
-        if expected > limit as f64 {
-            return Err(out_of_range(
-                "spacing",
-                &format!("larger, for at most {limit} points"),
-                format!("{spacing} (which takes about {expected:.0})"),
-            ));
-        }
-        self.population.capacity = (SPARE_CAPACITY * expected) as usize + seeds.len();
-        if self.options.method == Method::Relax {
-            self.relax(expected)?;
-            return self.come_to_rest(goal);
-        }
-        let finest = PAPER_RADIUS * spacing;
-        if radius < finest {
-            self.populate(finest)?;
-        }
-        while radius > finest {
-            radius = (radius * std::f64::consts::FRAC_1_SQRT_2).max(finest);
-            self.populate(radius)?;
-        }
-        self.come_to_rest(goal)
-    }
-
-    /// Relaxation and global fissioning (Turk, "Generating textures on arbitrary surfaces using
-    /// reaction-diffusion", SIGGRAPH 1991, as Witkin and Heckbert tell it in section 4.2): all
-    /// floaters have one radius, come to rest, and split all at once, with the radius over √2.
-    fn relax(&mut self, expected: f64) -> Result<(), SampleError> {
-        let dimension = self.population.bounds.dimension;
-        let generations = (expected / FIRST_GENERATION)
-            .log2()
-            .round()
-            .clamp(0.0, 60.0) as u32;
-        let first = (expected / (1_u64 << generations) as f64).round().max(1.0);
-        self.balance(Goal::Count(first as u64))?;
-        // Neighbours come nearer by √2 on a surface, by 2 on a curve.
-        let shrink = if dimension == 2 {
-            0.5
-        } else {
-            std::f64::consts::FRAC_1_SQRT_2
-        };
-        let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
-        self.settle()?;
-        for _ in 0..generations {
-            self.births += self.population.split_all(&mut self.dice) as u64;
-            radius *= shrink;
-            self.population.level(radius);
-            self.settle()?;
-        }
-        Ok(())
-    }
-
-    /// The right number, at rest; returns whether that was reached.
-    fn come_to_rest(&mut self, goal: Goal) -> Result<bool, SampleError> {
-        for _ in 0..ATTEMPTS {
-            let balanced = self.balance(goal)?;
-            let rests = self.settle()?;
-            let merged = self.population.merge();
-            self.deaths += merged as u64;
-            if merged == 0 {
-                return Ok(balanced && rests);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Learns the mean of the wanted spacing, which must be a positive number at every seed.
-    fn weigh_seeds(&mut self, seeds: &[Point]) -> Result<(), SampleError> {
-        let Some(Varying(wanted)) = &self.options.varying else {
-            return Ok(());
-        };
-        let mut sum = 0.0;
-        for seed in seeds {
-            let spacing = wanted.value(seed.position);
-            if !(spacing > 0.0 && spacing.is_finite()) {
-                let place = &seed.position.to_array()[..self.population.bounds.dimension];
-                let found = format!("{spacing} at {place:?}");
-                let expected = "greater than 0 and finite everywhere on the zero set";
-                return Err(out_of_range("spacing", expected, found));
-            }
-            sum += spacing;
-        }
-        self.population.wanted = Some((&**wanted, sum / seeds.len() as f64));
-        Ok(())
-    }
-
-    /// Of seeds closer than a spacing one is enough; the earlier one stays.
-    fn thin_seeds(&mut self) {
-        let population = &mut self.population;
-        population.meet();
-        let mut stays = vec![true; population.floaters.len()];
-        for index in 0..stays.len() {
-            let own = &population.floaters[index];
-            let mut near = population.neighbours.of(index).iter().map(|&o| o as usize);
-            stays[index] = !near.any(|other| {
-                let other_floater = &population.floaters[other];
-                let close = other_floater.position.distance(own.position) < 1.6 * own.radius;
-                other < index && stays[other] && close && own.normal.dot(other_floater.normal) > 0.0
-            });
-        }
-        let before = population.floaters.len();
-        let mut places = stays.into_iter();
-        population.floaters.retain(|_| places.next() != Some(false));
-        population.changed();
-        self.deaths += (before - population.floaters.len()) as u64;
-    }
-
-    /// The paper's adaptive repulsion until births and deaths have all but ceased.
-    fn populate(&mut self, radius: f64) -> Result<(), SampleError> {
-        let mut recent = [u64::MAX / 8; QUIET_STEPS];
-        for step in 0..POPULATE_LIMIT {
-            self.ask("populate", f64::from(step) / f64::from(POPULATE_LIMIT))?;
-            let changes = self.population.adapt(radius, &mut self.dice);
-            self.births += changes.births;
-            self.deaths += changes.deaths;
-            recent[step as usize % QUIET_STEPS] = changes.births + changes.deaths;
-            let number = self.population.floaters.len();
-            if recent.iter().sum::<u64>() as f64 <= QUIET_CHANGES * number as f64 {
-                break;
-            }
-        }
-        // The number that is missing or too many is the business of the balance.
-        Ok(())
-    }
-
-    /// Makes the number right, in rounds of births or deaths with repulsion between.
-    fn balance(&mut self, goal: Goal) -> Result<bool, SampleError> {
-        let dimension = self.population.bounds.dimension;
-        for round in 0..ROUNDS {
-            let area = self.population.measure();
-            let present = self.population.floaters.len();
-            let (target, near_enough) = match goal {
-                Goal::Count(count) => {
-                    let last = round + 1 == ROUNDS;
-                    let slack = if last { NEAR_ENOUGH } else { 0.0 };
-                    (count as f64, slack * count as f64)
-                }
-                Goal::Spacing(spacing) => {
-                    let number = number_for(dimension, area, spacing).round().max(1.0);
-                    (number, (NEAR_ENOUGH * number).max(1.0))
-                }
-            };
-            let difference = target - present as f64;
-            let radius = 0.5 * spacing_for(dimension, area, target);
-            self.population.level(radius);
-            self.population.meet();
-            let merged = self.population.merge();
-            self.deaths += merged as u64;
-            let misplaced = self.population.misplaced();
-            let well_placed = misplaced <= MISPLACED * target;
-            if merged == 0 && round > 0 && difference.abs() <= near_enough && well_placed {
-                return Ok(true);
-            }
-            self.population.meet();
-            if !well_placed && round + 1 < ROUNDS {
-                self.deaths += self.population.remove(misplaced as usize) as u64;
-                self.population.meet();
-            }
-            let difference = target - self.population.floaters.len() as f64;
-            if difference > 0.0 {
-                self.births += self.population.add(difference as usize) as u64;
-            } else if difference < 0.0 {
-                self.deaths += self.population.remove(-difference as usize) as u64;
-            }
-            for _ in 0..ROUND_STEPS {
-                self.ask("balance", f64::from(round) / f64::from(ROUNDS))?;
-                self.population.step(&SETTLING);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Repulsion with one radius until nobody moves any more.
-    fn settle(&mut self) -> Result<bool, SampleError> {
-        for step in 0..SETTLE_LIMIT {
-            if self.population.tally.iterations >= self.options.iteration_limit {
-                break;
-            }
-            self.ask("settle", f64::from(step) / f64::from(SETTLE_LIMIT))?;
-            let unrest = self.population.step(&SETTLING);
-            if unrest.smooth < AT_REST.0 && unrest.creases < AT_REST.1 {
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    /// Tells the monitor how far it is, and asks it whether to go on.
-    fn ask(&self, phase: &str, fraction: f64) -> Result<(), SampleError> {
-        if self.monitor.cancelled() {
-            return Err(SampleError::Cancelled);
-        }
-        self.monitor.progress(phase, fraction);
-        Ok(())
-    }
 }
 
 /// Puts every floater on the surface, within the box, and makes the sample.

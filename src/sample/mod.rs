@@ -18,6 +18,7 @@
 //! for which a dense sample by rays is thinned out (`poisson`).
 
 mod cover;
+mod creases;
 mod density;
 mod dynamic;
 mod evaluation;
@@ -33,14 +34,17 @@ mod radii;
 mod random;
 mod rays;
 mod release;
+mod rules;
 mod search;
 mod statistics;
 mod thin;
 mod trace;
 
+pub use creases::{Corner, Crease, CreasePoint, CreaseReport, Creases, creases};
 pub use density::{Density, Focus, sample_graded};
+pub use rules::Rules;
 pub use statistics::{
-    CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
+    Creased, CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,
 };
 pub use thin::{Keep, thin};
 
@@ -182,6 +186,11 @@ pub struct Options {
     /// The largest number of rounds of the preliminary search. With 0 there is none: the
     /// particles start all over the bounds.
     pub search_limit: u32,
+    /// The parameters of floaters.
+    pub rules: Rules,
+    /// Whether floaters follow the paper from one seed a component to the end, with the radius
+    /// [`Rules::sigma`], instead of refining a first generation. Then there is no count.
+    pub exact: bool,
     /// The direction of rays; `None`: every direction. Components beyond the dimension don't count.
     pub direction: Option<DVec3>,
 }
@@ -225,6 +234,8 @@ impl Default for Options {
             potential: Potential::default(),
             iteration_limit: 1000,
             search_limit: 10,
+            rules: Rules::default(),
+            exact: false,
             direction: None,
         }
     }
@@ -546,6 +557,24 @@ fn check(options: &Options) -> Result<(), SampleError> {
     }
     if options.varying.is_some() && !matches!(options.method, Method::Floaters | Method::Relax) {
         return range("spacing", "a number with this method", &"a function");
+    }
+    for (name, value) in options.rules.named() {
+        if !(value > 0.0 && value.is_finite()) {
+            return range(name, "greater than 0 and finite", &value);
+        }
+    }
+    if options.exact && options.method != Method::Floaters {
+        return range("exact", "left out with this method", &true);
+    }
+    if options.exact && options.count.is_some() {
+        return range(
+            "count",
+            "left out with `exact`, which gives `sigma`",
+            &"given",
+        );
+    }
+    if !options.exact && options.rules.sigma.is_some() {
+        return range("sigma", "left out without `exact`", &"given");
     }
     if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
         return range("tolerance", "above 0 and at most 0.01", &options.tolerance);

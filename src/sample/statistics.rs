@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use super::creases::Creases;
 use crate::engine::Monitor;
 use crate::geometry::Bounds;
 
@@ -51,6 +52,8 @@ pub struct Statistics {
     /// Points of the sample where F and F_x vanish together: the surface is singular there, or
     /// F is zero on a whole region.
     pub singular: u64,
+    /// What is known of creases and corners, where they were looked for.
+    pub creases: Option<Creased>,
     /// What continuation tells of curves.
     pub curves: Option<CurveStatistics>,
     /// What lines met, where the method works with lines.
@@ -80,6 +83,7 @@ impl Statistics {
             nan_points: 0,
             proof: None,
             singular: 0,
+            creases: None,
             curves: None,
             lines: None,
             times: Times::default(),
@@ -242,6 +246,31 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error.
     pub error: f64,
+}
+
+/// Creases and corners of a zero set.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Creased {
+    /// Points of the sample that lie on them.
+    pub points: u64,
+    /// Corners.
+    pub corners: u64,
+    /// The length of all creases together.
+    pub length: f64,
+    /// Tiny cells in which a crease or corner may have been missed.
+    pub undecided: u64,
+}
+
+impl Creased {
+    /// Of these creases, on which there are no points yet.
+    pub(super) fn new(creases: &Creases) -> Creased {
+        Creased {
+            points: 0,
+            corners: creases.corners.len() as u64,
+            length: creases.arcs.iter().map(|arc| arc.length).sum(),
+            undecided: creases.report.undecided,
+        }
+    }
 }
 
 /// A cover of the zero set by cells in each of which it is proven to be connected.

@@ -290,6 +290,13 @@ pub(super) struct Sample {
     /// Where randomness starts
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seed: Option<String>,
+    /// Floaters follow Witkin and Heckbert's algorithm to the letter, from one seed on each component
+    #[arg(long)]
+    pub(super) exact: bool,
+    /// A parameter of floaters: sigma, sigma_max, time_step, phi, rho, alpha, energy, beta, gamma, nu
+    /// or delta; may be repeated
+    #[arg(long, value_name = "NAME=EXPR", value_parser = setting)]
+    pub(super) rule: Vec<Setting>,
     /// The part of their velocity that friction takes from dynamic particles in a step, up to 1
     /// [default: 0.05]
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]

@@ -16,7 +16,7 @@ use crate::language::show::show;
 use crate::language::{Mode, Outcome, Value};
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
-pub(super) type Flag<'a> = (&'static str, Option<&'a str>);
+pub(super) type Flag<'a> = (&'a str, Option<&'a str>);
 
 /// Polygonizes a field; fails with an exit code.
 pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
@@ -43,8 +43,12 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
     let potential = command.potential.as_deref().map(quoted);
     let adapt = command.adapt.as_deref().map(quoted);
+    let exact = command.exact.then_some("true");
+    let rules = command.rule.iter();
+    let rules = rules.map(|rule| (rule.name.as_str(), Some(rule.text.as_str())));
     let flags = [
         ("method", method.as_deref()),
+        ("exact", exact),
         ("adapt", adapt.as_deref()),
         ("contrast", command.contrast.as_deref()),
         ("focus", command.focus.as_deref()),
@@ -58,6 +62,7 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         ("direction", command.direction.as_deref()),
         ("tolerance", command.tolerance.as_deref()),
     ];
+    let flags: Vec<Flag<'_>> = flags.into_iter().chain(rules).collect();
     make(
         "sample",
         &command.subject,

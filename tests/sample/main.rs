@@ -1,6 +1,7 @@
 //! The samplers as the rest of the program uses them: through the `Field` trait alone.
 
 mod convergence;
+mod creases;
 mod density;
 mod fields;
 mod floaters;
@@ -8,6 +9,7 @@ mod graded;
 mod grid;
 mod lines;
 mod options;
+mod paper;
 mod particles;
 mod poisson;
 mod rays;

@@ -9,7 +9,8 @@ use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::Field;
 use crate::file::{Format, check_writable};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Samples};
+use crate::language::field::bounds_of;
 use crate::language::function::At;
 use crate::language::product::ImageSet;
 use crate::language::session::Session;
@@ -32,7 +33,7 @@ pub(super) const TABLE: &[Builtin] = &[action(
         "samples = 2",
         "transparent = false",
     ],
-    "A picture of a field, written to a PNG file if a path is given: a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
+    "A picture of a field or of samples, written to a PNG file if a path is given: of a field a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3; of samples dots in R2, and in R3 lit disks on the surface, as large as their radii. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
     plot,
 )];
 
@@ -47,6 +48,22 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 super::file_failure(&error).at(arguments.place("path"), "this file")
             })?;
     }
+    let (picture, dimension) = match arguments.value("f") {
+        Value::Samples(set) => (
+            of_samples(session, arguments, &set.samples)?,
+            set.samples.dimension,
+        ),
+        _ => of_field(session, arguments)?,
+    };
+    let value = Value::Image(Rc::new(ImageSet { picture, dimension }));
+    if let Some(path) = path {
+        write(session, arguments, &path, &value)?;
+    }
+    Ok(value)
+}
+
+/// A picture of a field, and its dimension.
+fn of_field(session: &mut Session, arguments: &Arguments) -> Outcome<(Picture, usize)> {
     let (field, bounds) = compiled_argument(session, arguments)?;
     let bounds = box_of(&field, 0.0, bounds, arguments, &session.monitor())?;
     let options = options(session, arguments, bounds)?;
@@ -54,11 +71,29 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         .map_err(|error| picture_failure(&error, arguments))?;
     let dimension = field.dimension();
     warn(session, arguments, &picture, dimension);
-    let value = Value::Image(Rc::new(ImageSet { picture, dimension }));
-    if let Some(path) = path {
-        write(session, arguments, &path, &value)?;
+    Ok((picture, dimension))
+}
+
+/// A picture of samples.
+fn of_samples(session: &mut Session, arguments: &Arguments, samples: &Samples) -> Outcome<Picture> {
+    for name in ["style", "step", "whole"] {
+        if arguments.given(name).is_some() {
+            let message = format!("`{name}` is for pictures of fields, not of samples");
+            return Err(arguments.bad(name, message));
+        }
     }
-    Ok(value)
+    let given = arguments.plain(session, "bounds")?;
+    let bounds = match given {
+        Some(given) => {
+            bounds_of(&given, samples.dimension).at(arguments.place("bounds"), "here")?
+        }
+        None => picture::box_around(samples).ok_or_else(|| {
+            let message = "there are no samples to be shown".to_owned();
+            arguments.bad("f", message)
+        })?,
+    };
+    let options = options(session, arguments, bounds)?;
+    picture::render_samples(samples, &options).map_err(|error| picture_failure(&error, arguments))
 }
 
 fn options(session: &mut Session, arguments: &Arguments, bounds: Bounds) -> Outcome<Options> {

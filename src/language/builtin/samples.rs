@@ -15,7 +15,7 @@ use crate::language::function::At;
 use crate::language::product::SampleSet;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::sample::{self, Density, Focus, Method, Potential, SampleError, Varying};
+use crate::sample::{self, Density, Focus, Method, Potential, Rules, SampleError, Varying};
 
 /// The contrast of a spacing that follows curvature, and how much finer it is in a focus region.
 const CONTRAST: f64 = 8.0;
@@ -40,8 +40,20 @@ pub(super) const TABLE: &[Builtin] = &[
             "contrast = 8",
             "focus =",
             "finer = 3",
+            "exact = false",
+            "sigma =",
+            "sigma_max =",
+            "time_step = 0.03",
+            "phi = 15",
+            "rho = 15",
+            "alpha = 6",
+            "energy = 0.8",
+            "beta = 10",
+            "gamma = 4",
+            "nu = 0.2",
+            "delta = 0.7",
         ],
-        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`. With `adapt = \"curvature\"` their spacing follows the smaller radius of curvature, the widest at most `contrast` times the narrowest; where the field `focus` is negative it is `finer` times smaller, and grows again over some spacings; `spacing` is then that of an even sample with as many points, outside of the focus, and a function is multiplied. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima; with `potential = \"square\"` both move down f^2, by a force that does not jump on the zero set. Their steps need no choice: the first is Newton's, and every crossing halves it. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
+        "Points on the zero set. \"floaters\" (Witkin and Heckbert), the default for curves in R2 and surfaces in R3, repel each other, split and die until they are evenly spread, with `spacing` between neighbours (a number, or a function of the point) or `count` of them (2000 on a surface, 500 on a curve); they start on every component, or from `seeds`, and stay on sharp edges and corners. Repulsion, birth and death have the parameters of Witkin and Heckbert's table: `time_step`, `phi`, `rho`, `alpha`, `energy` (Ê/α), `beta`, `gamma`, `nu`, `delta`. With `exact = true` their algorithm is all there is: from one seed on each component, or from `seeds`, to the radius `sigma` (σ̂, a fiftieth of the diameter if nothing is said), and how many points come of it is left to it. With `adapt = \"curvature\"` their spacing follows the smaller radius of curvature, the widest at most `contrast` times the narrowest; where the field `focus` is negative it is `finer` times smaller, and grows again over some spacings; `spacing` is then that of an even sample with as many points, outside of the focus, and a function is multiplied. \"relax\" is simpler: few floaters come to rest and then split all at once, several times (Turk). The particles of Figueiredo and Gomes are released at random, `count` of them (5000 for a surface, 1000 for a curve): \"kinematic\" ones, the default in R1, move down |f|, \"dynamic\" ones fall with `friction` and pass more false minima; with `potential = \"square\"` both move down f^2, by a force that does not jump on the zero set. Their steps need no choice: the first is Newton's, and every crossing halves it. \"trace\", the default for curves in space, on which two fields vanish, goes from point to point: curves get `count` points at exactly equal distances, about `spacing`, and surfaces about `count` points. Three methods find all roots on lines: \"rays\" are `count` points of random lines, uniformly distributed, or of lines that are parallel to `direction`, with `weights`; \"poisson\" are `count` random points that keep their distance from each other; \"grid\" are the points on the edges of a grid with `spacing`, all roots in R1. They estimate `area` and `volume` too (in R2 `length` and `area`), with standard errors. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set; without any floaters and particles search for the surface.",
         sample,
     ),
     action(
@@ -113,6 +125,14 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             let message = format!("`potential` must be \"absolute\" or \"square\", not \"{name}\"");
             arguments.bad("potential", message)
         })?;
+    }
+    options.exact = arguments.bool(session, "exact")?.unwrap_or(false);
+    for name in Rules::NAMES {
+        if let Some(value) = arguments.positive(session, name)?
+            && let Some(rule) = options.rules.get_mut(name)
+        {
+            *rule = value;
+        }
     }
     if let Some(direction) = arguments.plain(session, "direction")? {
         let vector = vector_of(&direction, field.dimension());

@@ -10,19 +10,11 @@
 use glam::DVec3;
 
 use super::population::{Floater, Population};
-use super::repulsion::{Pairing, density};
+use super::repulsion::{Pairing, density, desired_energy};
 use crate::sample::newton::{Point, Polish, polish};
 
 /// The area of the hexagonal cell of a floater whose nearest neighbours are 1 away: √3 / 2.
 const HEXAGON: f64 = 0.866_025_403_784_438_6;
-
-/// A newborn floater starts so far from its parent, in radii: just beyond the middle of the
-/// triangle of three neighbours.
-const BIRTH_DISTANCE: f64 = 1.2;
-
-/// There is room for a newborn if nobody is nearer than so many radii. In the middle of a
-/// triangle of the ideal pattern the distance is 1.15.
-const ROOM: f64 = 0.9;
 
 /// Places tried for a birth: some turn out to be bad when they are put on the surface.
 const SPARE: usize = 3;
@@ -35,6 +27,41 @@ const COMPANY: f64 = 2.6;
 const COINCIDENT: f64 = 0.5;
 /// The same for two on a crease, between whose sides there may be no repulsion.
 const COINCIDENT_ON_CREASE: f64 = 0.9;
+
+/// A floater whose density is so many times that of the ideal pattern is one too many.
+const OVERCROWDED: f64 = 1.5;
+
+/// Where a floater may be born.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Gap {
+    /// Between three neighbours, though they are in their places: to make up the number.
+    Narrow,
+    /// Where one is missing in the pattern.
+    Wide,
+}
+
+impl Gap {
+    /// A newborn floater starts so far from its parent, in radii. In a triangle of the ideal pattern
+    /// the middle is at 1.15; a vacant place is at 2.
+    fn distance(self) -> f64 {
+        match self {
+            Gap::Narrow => 1.2,
+            Gap::Wide => 1.8,
+        }
+    }
+
+    /// There is room if nobody is nearer than so many radii.
+    fn room(self) -> f64 {
+        match self {
+            Gap::Narrow => 0.9,
+            Gap::Wide => 1.6,
+        }
+    }
+}
+
+/// The same for one beside a floater on a crease: it may lie between two of them on the crease, a
+/// radius from each.
+const COINCIDENT_WITH_FIXED: f64 = 1.1;
 
 /// Cosine and sine of twelve directions.
 const DIRECTIONS: [(f64, f64); 12] = {
@@ -86,7 +113,13 @@ impl Population<'_> {
         for floater in &mut self.floaters {
             floater.radius = radius * floater.weight;
         }
-        self.changed();
+    }
+
+    /// Multiplies all radii.
+    pub(super) fn scale_radii(&mut self, factor: f64) {
+        for floater in &mut self.floaters {
+            floater.radius *= factor;
+        }
     }
 
     /// Measures the area of the surface, or the length of the curve, in units of the square (the
@@ -151,6 +184,19 @@ impl Population<'_> {
     /// Removes floaters where the density is greatest, no two neighbours at once and nobody who
     /// is alone. Needs energies that belong to the present neighbours. Returns how many.
     pub(super) fn remove(&mut self, excess: usize) -> usize {
+        self.remove_above(0.0, excess)
+    }
+
+    /// Removes floaters that are far too close to each other, which repulsion would not part: those
+    /// of a component that is smaller than was thought. Needs the energies of
+    /// [`Population::measure`]. Returns how many.
+    pub(super) fn cull(&mut self) -> usize {
+        let ideal = 1.0 + desired_energy(self.bounds.dimension);
+        self.remove_above(OVERCROWDED * ideal - 1.0, usize::MAX)
+    }
+
+    /// Removes floaters as [`Population::remove`] does, none with less than an energy.
+    fn remove_above(&mut self, least: f64, excess: usize) -> usize {
         let mut dying = vec![false; self.floaters.len()];
         let mut removed = 0;
         for index in self.by_energy().into_iter().rev() {
@@ -158,6 +204,12 @@ impl Population<'_> {
                 break;
             }
             let own = self.floaters[index];
+            if own.is_fixed {
+                continue;
+            }
+            if own.energy < least {
+                break;
+            }
             let near = |other: u32| {
                 let distance = self.floaters[other as usize]
                     .position
@@ -191,16 +243,20 @@ impl Population<'_> {
                 .of(index)
                 .iter()
                 .map(|&other| other as usize);
+            let is_on_crease = |floater: &Floater| floater.is_fixed || floater.on_crease > 0;
             dying[index] = near.any(|other| {
                 let with = &self.floaters[other];
-                let both_on_crease = own.on_crease > 0 && with.on_crease > 0;
-                let one_on_crease = own.on_crease > 0 || with.on_crease > 0;
-                let closest = if both_on_crease {
+                let both_on_crease = is_on_crease(own) && is_on_crease(with);
+                let one_on_crease = is_on_crease(own) || is_on_crease(with);
+                let closest = if with.is_fixed {
+                    COINCIDENT_WITH_FIXED
+                } else if both_on_crease {
                     COINCIDENT_ON_CREASE
                 } else {
                     COINCIDENT
                 };
-                other < index
+                !own.is_fixed
+                    && (other < index || with.is_fixed)
                     && !dying[other]
                     && own.position.distance(with.position) < closest * own.radius
                     && (one_on_crease || own.normal.dot(with.normal) > 0.0)
@@ -218,19 +274,19 @@ impl Population<'_> {
 
     /// Adds floaters where the density is least and there is room, beside parents that are not
     /// neighbours. Needs energies that belong to the present neighbours. Returns how many.
-    pub(super) fn add(&mut self, missing: usize) -> usize {
+    pub(super) fn add(&mut self, missing: usize, gap: Gap) -> usize {
         let mut is_parent = vec![false; self.floaters.len()];
         let mut places = Vec::new();
         let mut parents = Vec::new();
         for index in self.by_energy() {
-            if places.len() == SPARE * missing {
+            if places.len() == missing.saturating_mul(SPARE) {
                 break;
             }
             let mut near = self.neighbours.of(index).iter();
             if near.any(|&other| is_parent[other as usize]) {
                 continue;
             }
-            if let Some(place) = self.roomiest(index) {
+            if let Some(place) = self.roomiest(index, gap) {
                 is_parent[index] = true;
                 parents.push(index);
                 places.push(place);
@@ -257,7 +313,7 @@ impl Population<'_> {
             if let Some(point) = point
                 && self.bounds.contains(point.position)
                 && point.here.normal().dot(own.normal) > 0.0
-                && self.room(parent, point.position) >= ROOM * own.radius
+                && self.room(parent, point.position) >= gap.room() * own.radius
             {
                 let newborn = Floater::at_rest(point, own.radius);
                 let weight = own.weight;
@@ -277,7 +333,7 @@ impl Population<'_> {
     }
 
     /// The place around a floater that is farthest from everybody, if there is room.
-    fn roomiest(&self, index: usize) -> Option<DVec3> {
+    fn roomiest(&self, index: usize, gap: Gap) -> Option<DVec3> {
         let own = &self.floaters[index];
         if own.normal == DVec3::ZERO {
             return None;
@@ -288,10 +344,10 @@ impl Population<'_> {
             own.normal.any_orthonormal_pair()
         };
         let mut best = None;
-        let mut most = ROOM * own.radius;
+        let mut most = gap.room() * own.radius;
         for (cosine, sine) in DIRECTIONS {
             let direction = cosine * one + sine * other;
-            let away = BIRTH_DISTANCE * own.radius * direction;
+            let away = gap.distance() * own.radius * direction;
             let place = (own.position + away).clamp(self.bounds.min, self.bounds.max);
             let room = self.room(index, place);
             if room > most {
@@ -307,7 +363,7 @@ impl Population<'_> {
         let own = &self.floaters[index];
         let others = self.neighbours.of(index).iter();
         let others = others.map(|&other| &self.floaters[other as usize]);
-        let same_side = others.filter(|other| other.normal.dot(own.normal) > 0.0);
+        let same_side = others.filter(|other| other.is_fixed || other.normal.dot(own.normal) > 0.0);
         let distances = same_side.map(|other| other.position.distance(place));
         distances.fold(own.position.distance(place), f64::min)
     }

@@ -11,25 +11,26 @@
 
 use glam::DVec3;
 
-use super::population::{Floater, PAPER, Population};
-use super::repulsion::{Pairing, desired_energy};
+use super::population::{Floater, Population};
+use super::repulsion::Pairing;
+use crate::sample::Rules;
 use crate::sample::random::Stream;
 
-/// γ: the speed, in radii a unit of time, below which a floater is near equilibrium.
-const EQUILIBRIUM: f64 = 4.0;
-/// ν: the part of Ê above which a floater is adequately energized.
-const ENERGIZED: f64 = 0.2;
-/// δ: the part of σ̂ below which a floater may die.
-const CROWDED: f64 = 0.7;
-/// σ^max / σ̂. (The paper also lets single floaters claim half the surface, which is for
-/// starts from one seed; here there are many.)
-const LARGEST: f64 = 1.5;
 /// The least radius, in units of σ̂: the feedback must not let one vanish.
 const SMALLEST: f64 = 0.2;
 /// The least and the greatest factor by which a radius changes in a step.
 const CHANGE: (f64, f64) = (0.75, 1.25);
 /// How far either half moves away in a fission, in radii of the parent.
 const APART: f64 = 0.5;
+
+/// The radii that floaters are to get.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Target {
+    /// σ̂
+    pub(super) desired: f64,
+    /// σ^max
+    pub(super) largest: f64,
+}
 
 /// What a step of adaptive repulsion has changed.
 #[derive(Clone, Copy, Debug, Default)]
@@ -77,31 +78,31 @@ impl Dice {
 impl Population<'_> {
     /// One step of adaptive repulsion towards the desired radius σ̂ (times each floater's weight): floaters move, radii change,
     /// some floaters split and some die.
-    pub(super) fn adapt(&mut self, desired_radius: f64, dice: &mut Dice) -> Changes {
+    pub(super) fn adapt(&mut self, target: Target, dice: &mut Dice) -> Changes {
         let dimension = self.bounds.dimension;
-        let energy = desired_energy(dimension);
-        self.changed();
+        let (bounds, rules, motion) = (self.bounds, self.rules, self.paper_motion());
+        let energy = self.desired_energy();
         self.weigh();
         self.meet();
         let felt = self.feel(Pairing::Energies);
         let mut places = Vec::with_capacity(2 * felt.len());
-        for (index, felt) in felt.iter().enumerate() {
-            let place = self.aim(index, felt.velocity, &PAPER);
-            places.push(place);
-            let floater = &mut self.floaters[index];
+        for (floater, felt) in self.floaters.iter_mut().zip(&felt) {
+            places.push(floater.aim(&bounds, felt.velocity, &motion));
             floater.energy = felt.energy;
-            let radius =
-                floater.radius + PAPER.time_step * felt.radius_rate(floater.radius, energy);
+            let rate = felt.radius_rate(floater.radius, energy, &rules);
+            let radius = floater.radius + motion.time_step * rate;
             let (shrink, grow) = CHANGE;
-            let desired = desired_radius * floater.weight;
             floater.radius = radius
                 .clamp(shrink * floater.radius, grow * floater.radius)
-                .clamp(SMALLEST * desired, (LARGEST * 1.01) * desired);
+                .clamp(
+                    SMALLEST * target.desired * floater.weight,
+                    1.01 * target.largest * floater.weight,
+                );
         }
-        let dying = self.dying(desired_radius, dice);
+        let dying = self.dying(target.desired, dice);
         let room = self.capacity.saturating_sub(felt.len());
         let parents: Vec<u32> = (0..felt.len() as u32)
-            .filter(|&index| is_fertile(&self.floaters[index as usize], desired_radius, energy))
+            .filter(|&index| is_fertile(&self.floaters[index as usize], target, energy, &rules))
             .take(room)
             .collect();
         for &parent in &parents {
@@ -117,19 +118,15 @@ impl Population<'_> {
         let mut newborn = Vec::with_capacity(parents.len());
         for (&parent, place) in parents.iter().zip(felt.len()..) {
             // The second half is a copy that goes its own way.
-            let original = self.floaters[parent as usize];
-            let index = self.floaters.len();
-            self.floaters.push(original);
-            if self.arrive(index, places[place], there[place]) {
-                let mut child = self.floaters[index];
+            let mut child = self.floaters[parent as usize];
+            if child.arrive(places[place], there[place]) {
                 child.radius *= std::f64::consts::FRAC_1_SQRT_2;
                 newborn.push(child);
                 self.floaters[parent as usize].radius = child.radius;
             }
-            self.floaters.truncate(index);
         }
-        for index in 0..felt.len() {
-            self.arrive(index, places[index], there[index]);
+        for ((floater, &place), &there) in self.floaters.iter_mut().zip(&places).zip(&there) {
+            floater.arrive(place, there);
         }
         let mut alive = dying.iter().map(|dies| !dies);
         self.floaters.retain(|_| alive.next().unwrap_or(true));
@@ -137,6 +134,9 @@ impl Population<'_> {
             births: newborn.len() as u64,
             deaths: dying.iter().filter(|&&dies| dies).count() as u64,
         };
+        if changes.births + changes.deaths > 0 {
+            self.changed();
+        }
         self.floaters.extend(newborn);
         self.tally.steps += felt.len() as u64;
         self.tally.iterations += 1;
@@ -162,17 +162,12 @@ impl Population<'_> {
             .collect();
         let there = self.evaluate(&places);
         for parent in 0..parents {
-            let original = self.floaters[parent];
-            if original.normal == DVec3::ZERO {
-                continue;
-            }
-            let index = self.floaters.len();
-            self.floaters.push(original);
+            let mut child = self.floaters[parent];
             let second = parent + parents;
-            if self.arrive(index, places[second], there[second]) {
-                self.arrive(parent, places[parent], there[parent]);
-            } else {
-                self.floaters.truncate(index);
+            let can_split = !child.is_fixed && child.normal != DVec3::ZERO;
+            if can_split && child.arrive(places[second], there[second]) {
+                self.floaters[parent].arrive(places[parent], there[parent]);
+                self.floaters.push(child);
             }
         }
         self.changed();
@@ -183,8 +178,9 @@ impl Population<'_> {
     fn dying(&self, desired_radius: f64, dice: &mut Dice) -> Vec<bool> {
         let mut dying = vec![false; self.floaters.len()];
         for (index, floater) in self.floaters.iter().enumerate() {
-            let crowded = CROWDED * desired_radius * floater.weight;
-            if floater.speed < EQUILIBRIUM * floater.radius
+            let crowded = self.rules.delta * desired_radius * floater.weight;
+            if !floater.is_fixed
+                && floater.speed < self.rules.gamma * floater.radius
                 && floater.radius < crowded
                 && dice.unit() > floater.radius / crowded
             {
@@ -198,10 +194,11 @@ impl Population<'_> {
 }
 
 /// Whether a floater splits.
-fn is_fertile(floater: &Floater, desired_radius: f64, energy: f64) -> bool {
-    let desired_radius = desired_radius * floater.weight;
-    let energized = floater.energy > ENERGIZED * energy && floater.radius > desired_radius;
-    floater.speed < EQUILIBRIUM * floater.radius
+fn is_fertile(floater: &Floater, target: Target, energy: f64, rules: &Rules) -> bool {
+    let desired = target.desired * floater.weight;
+    let energized = floater.energy > rules.nu * energy && floater.radius > desired;
+    !floater.is_fixed
+        && floater.speed < rules.gamma * floater.radius
         && floater.normal != DVec3::ZERO
-        && (floater.radius > LARGEST * desired_radius || energized)
+        && (floater.radius > target.largest * floater.weight || energized)
 }

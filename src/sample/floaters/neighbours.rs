@@ -4,6 +4,8 @@
 //! that a floater can see lies in its cell and the 26 around it. The lists are made a little
 //! longer than needed, so that they hold for some iterations while floaters move.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -51,7 +53,7 @@ impl Neighbours {
             .map(|chunk| {
                 let first = chunk * CHUNK;
                 let last = (first + CHUNK).min(sites.len());
-                lists_of(sites, &grid, &keys, first..last)
+                lists_of(sites, &keys, first..last)
             })
             .collect();
         let mut neighbours = Neighbours {
@@ -68,6 +70,15 @@ impl Neighbours {
         neighbours
     }
 
+    /// All of so many others are neighbours of the first, and nobody has others.
+    #[cfg(test)]
+    pub(super) fn of_first(number: usize) -> Self {
+        let lists: Vec<u32> = (1..number as u32).collect();
+        let mut starts = vec![lists.len() as u32; number + 1];
+        starts[0] = 0;
+        Neighbours { starts, lists }
+    }
+
     /// The neighbours of one.
     pub(super) fn of(&self, index: usize) -> &[u32] {
         &self.lists[self.starts[index] as usize..self.starts[index + 1] as usize]
@@ -75,27 +86,17 @@ impl Neighbours {
 }
 
 /// The lists of some consecutive sites, one after the other, with the end of each.
-fn lists_of(
-    sites: &[Site],
-    grid: &Grid,
-    keys: &[u64],
-    range: std::ops::Range<usize>,
-) -> (Vec<u32>, Vec<u32>) {
+fn lists_of(sites: &[Site], keys: &[u64], range: Range<usize>) -> (Vec<u32>, Vec<u32>) {
     let mut ends = Vec::with_capacity(range.len());
-    let mut lists = Vec::with_capacity(32 * range.len());
-    let mut rows: Vec<std::ops::Range<usize>> = Vec::with_capacity(9);
-    let mut rows_of = None;
+    let mut lists = Vec::with_capacity(24 * range.len());
+    let mut rows = Rows::before(keys[range.start], keys);
     for index in range {
-        if rows_of != Some(keys[index]) {
-            rows_of = Some(keys[index]);
-            grid.rows(keys[index], keys, &mut rows);
-        }
+        rows.advance(keys[index], keys);
         let site = sites[index];
-        for row in &rows {
-            for other in row.clone() {
-                let reach = site.reach.max(sites[other].reach);
-                if other != index
-                    && site.position.distance_squared(sites[other].position) < reach * reach
+        for row in &rows.ranges {
+            for (other, there) in row.clone().zip(&sites[row.clone()]) {
+                let reach = site.reach.max(there.reach);
+                if other != index && site.position.distance_squared(there.position) < reach * reach
                 {
                     lists.push(other as u32);
                 }
@@ -104,6 +105,49 @@ fn lists_of(
         ends.push(lists.len() as u32);
     }
     (ends, lists)
+}
+
+/// The sorted sites in the nine rows of three cells around a cell. Cells are asked for in order, so
+/// that the rows only ever move on.
+struct Rows {
+    ranges: [Range<usize>; 9],
+    around: Option<u64>,
+}
+
+impl Rows {
+    /// The first keys of the rows around a cell: one before the middle.
+    fn firsts(key: u64) -> impl Iterator<Item = u64> {
+        let lowest = key - (1 << 42) - (1 << 21) - 1;
+        (0..9).map(move |row: u64| lowest + ((row / 3) << 42) + ((row % 3) << 21))
+    }
+
+    /// Not yet moved on to the cell.
+    fn before(key: u64, keys: &[u64]) -> Rows {
+        let mut rows = Rows {
+            ranges: std::array::from_fn(|_| 0..0),
+            around: None,
+        };
+        for (row, first) in rows.ranges.iter_mut().zip(Rows::firsts(key)) {
+            let start = keys.partition_point(|&key| key < first);
+            *row = start..start;
+        }
+        rows
+    }
+
+    fn advance(&mut self, key: u64, keys: &[u64]) {
+        if self.around == Some(key) {
+            return;
+        }
+        self.around = Some(key);
+        let next = |from: usize, key: u64| {
+            let beyond = keys[from..].iter().position(|&other| other >= key);
+            beyond.map_or(keys.len(), |steps| from + steps)
+        };
+        for (row, first) in self.ranges.iter_mut().zip(Rows::firsts(key)) {
+            let start = next(row.start, first);
+            *row = start..next(start.max(row.end), first + 3);
+        }
+    }
 }
 
 /// Cells of equal side; keys count them along x first.
@@ -134,19 +178,6 @@ impl Grid {
     fn key(&self, position: DVec3) -> u64 {
         let cell = (position - self.origin) * self.per_unit + 1.0;
         (((cell.z as u64) << 21 | cell.y as u64) << 21) | cell.x as u64
-    }
-
-    /// The ranges of sorted sites in the nine rows of three cells around a cell.
-    fn rows(&self, key: u64, keys: &[u64], rows: &mut Vec<std::ops::Range<usize>>) {
-        rows.clear();
-        for z in 0..3_u64 {
-            for y in 0..3_u64 {
-                let middle = (key + (z << 42) + (y << 21)) - (1 << 42) - (1 << 21);
-                let start = keys.partition_point(|&key| key < middle - 1);
-                let count = keys[start..].partition_point(|&key| key <= middle + 1);
-                rows.push(start..start + count);
-            }
-        }
     }
 }
 

@@ -13,13 +13,17 @@
 //!   the box cuts is sampled up to the cut.
 //! * Where the gradient vanishes the floater stays motionless (the paper's rule).
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::neighbours::{Neighbours, Site, order};
-use super::repulsion::{CUTOFF, FEEDBACK, Pairing, Repulsion, Source, TIME_STEP};
+use super::repulsion::{CUTOFF, Pairing, Repulsion, Source, desired_energy, repulsions};
 use crate::engine::Field;
 use crate::geometry::Bounds;
+use crate::sample::Rules;
+use crate::sample::creases::Creases;
 use crate::sample::evaluation::{Batch, Evaluation};
 use crate::sample::newton::Point;
 use crate::sample::statistics::Tally;
@@ -35,6 +39,10 @@ const FARTHEST_OFF: f64 = 0.5;
 
 /// The least courage: a floater that is refused or thrown to and fro moves this much slower.
 const SLOWEST: f64 = 0.01;
+
+/// Where the surface meets a side of the box at a smaller angle (the sine), the way along the side
+/// to the surface is too long to go.
+const STEEPEST: f64 = 0.2;
 
 /// A step on which the normal turns farther (the cosine) crosses a crease.
 const CREASE: f64 = 0.7;
@@ -78,6 +86,8 @@ pub(super) struct Floater {
     pub(super) energy: f64,
     /// Steps for which it still counts as being on a crease.
     pub(super) on_crease: u32,
+    /// Whether it stays where it is, on a crease or a corner.
+    pub(super) is_fixed: bool,
 }
 
 impl Floater {
@@ -94,7 +104,96 @@ impl Floater {
             speed: 0.0,
             energy: 0.0,
             on_crease: 0,
+            is_fixed: false,
         }
+    }
+
+    /// Where the floater wants to go under a desired velocity, and how fast along the surface.
+    /// Remembers its step and its speed.
+    pub(super) fn aim(&mut self, bounds: &Bounds, desired: DVec3, motion: &Motion) -> DVec3 {
+        if self.is_fixed || self.normal == DVec3::ZERO {
+            self.speed = 0.0;
+            return self.position;
+        }
+        let mut normal = self.normal;
+        let tangential = |vector: DVec3, normal: DVec3| vector - vector.dot(normal) * normal;
+        let mut velocity = tangential(desired, normal);
+        let mut inertia = motion.inertia * self.step;
+        if (*motion == WARY || self.on_crease > 0) && inertia.dot(velocity) < 0.0 {
+            // It has passed its equilibrium, or is thrown to and fro over a crease.
+            inertia = DVec3::ZERO;
+            self.courage = (0.7 * self.courage).max(SLOWEST);
+        } else {
+            self.courage = (1.1 * self.courage).min(1.0);
+        }
+        inertia = tangential(inertia, normal);
+        let off = -self.here.value / self.here.gradient.dot(normal);
+        let mut distance = off;
+        for axis in 0..bounds.dimension {
+            let at_low = self.position[axis] <= bounds.min[axis];
+            let at_high = self.position[axis] >= bounds.max[axis];
+            let step = velocity[axis] * motion.time_step + distance * normal[axis];
+            if (at_low && step < 0.0) || (at_high && step > 0.0) {
+                // The wall takes this component; the rest keeps to the curve of the cut.
+                let mut within = normal;
+                within[axis] = 0.0;
+                let mut length = within.length();
+                if length < STEEPEST {
+                    // In an edge of the box it would be a long way: the other side lets go.
+                    within = self.normal;
+                    within[axis] = 0.0;
+                    length = within.length();
+                    distance = off;
+                    inertia = DVec3::ZERO;
+                }
+                if length < STEEPEST {
+                    continue;
+                }
+                distance /= length;
+                normal = within / length;
+                velocity[axis] = 0.0;
+                inertia[axis] = 0.0;
+                velocity = tangential(velocity, normal);
+                inertia = tangential(inertia, normal);
+            }
+        }
+        self.speed = velocity.length();
+        let longest = LONGEST_STEP * self.radius;
+        let step = self.courage * motion.time_step * velocity + inertia;
+        self.step = step.clamp_length_max(longest);
+        let correction = (motion.correction * distance).clamp(-longest, longest);
+        (self.position + self.step + correction * normal).clamp(bounds.min, bounds.max)
+    }
+
+    /// Takes a floater to where it wanted to go, unless that is no good place for it. Returns
+    /// whether it went.
+    pub(super) fn arrive(&mut self, place: DVec3, there: Evaluation) -> bool {
+        if self.is_fixed {
+            return true;
+        }
+        let normal = there.normal();
+        let turn = normal.dot(self.normal);
+        let good = there.is_defined()
+            && there.distance() <= (FARTHEST_OFF * self.radius).max(self.here.distance())
+            && turn > BACK;
+        self.on_crease = if turn < CREASE {
+            CREASE_MEMORY
+        } else {
+            self.on_crease.saturating_sub(1)
+        };
+        if turn < CREASE {
+            self.step = DVec3::ZERO;
+            self.courage = (0.7 * self.courage).max(SLOWEST);
+        }
+        if good {
+            self.position = place;
+            self.here = there;
+            self.normal = normal;
+        } else {
+            self.step = DVec3::ZERO;
+            self.courage = (0.5 * self.courage).max(SLOWEST);
+        }
+        good
     }
 
     fn source(&self) -> Source {
@@ -102,13 +201,13 @@ impl Floater {
             position: self.position,
             normal: self.normal,
             radius: self.radius,
-            on_crease: self.on_crease > 0,
+            on_crease: self.is_fixed || self.on_crease > 0,
         }
     }
 }
 
 /// How a population moves.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Motion {
     /// Δt
     pub(super) time_step: f64,
@@ -118,17 +217,29 @@ pub(super) struct Motion {
     pub(super) correction: f64,
 }
 
-/// The paper's motion: no inertia.
-pub(super) const PAPER: Motion = Motion {
-    time_step: TIME_STEP,
-    inertia: 0.0,
-    correction: FEEDBACK * TIME_STEP,
+/// α of motions other than the paper's: their time steps fit it.
+const AMPLITUDE: f64 = 6.0;
+
+/// Motion over long ways. Inertia (the heavy ball of Polyak, "Some methods of speeding up the
+/// convergence of iteration methods", 1964) carries sound waves through the pattern, and the step
+/// is 80 % of what is stable with it; without, half as much would be. Newton's whole step to the
+/// surface costs no more than a part of it.
+pub(super) const SPREADING: Motion = Motion {
+    time_step: 0.1,
+    inertia: 0.9,
+    correction: 1.0,
 };
 
-/// Motion to equilibrium: inertia makes up for small steps, and Newton's whole step to the
-/// surface costs no more than a part of it.
+/// Motion to rest, when most is in its place: the waves are damped.
 pub(super) const SETTLING: Motion = Motion {
-    time_step: 2.0 * TIME_STEP,
+    time_step: 0.1,
+    inertia: 0.7,
+    correction: 1.0,
+};
+
+/// Motion with restarts, for floaters that do not come to rest: at creases waves never end.
+pub(super) const WARY: Motion = Motion {
+    time_step: 0.06,
     inertia: 0.85,
     correction: 1.0,
 };
@@ -154,42 +265,87 @@ pub(super) struct Population<'a> {
     /// No floater splits when there are so many: on a surface that is rough at the scale of the
     /// spacing, floaters find no neighbours on their sheet and would split for ever.
     pub(super) capacity: usize,
+    pub(super) rules: Rules,
     pub(super) neighbours: Neighbours,
-    /// Where floaters were when the lists were made; empty when they have to be made anew.
-    listed_at: Vec<DVec3>,
-    /// How far floaters may go from there before the lists are wrong.
-    leash: f64,
+    /// Where floaters were when the lists were made, and how far they saw; empty when lists have to
+    /// be made anew.
+    listed: Vec<Site>,
     pub(super) tally: Tally,
 }
 
 impl<'a> Population<'a> {
     /// A population of nobody.
-    pub(super) fn new(field: &'a dyn Field, bounds: Bounds) -> Self {
+    pub(super) fn new(field: &'a dyn Field, bounds: Bounds, rules: Rules) -> Self {
         Population {
             field,
             bounds,
             floaters: Vec::new(),
             wanted: None,
             capacity: COARSE_CAPACITY,
+            rules,
             neighbours: Neighbours::default(),
-            listed_at: Vec::new(),
-            leash: 0.0,
+            listed: Vec::new(),
             tally: Tally::default(),
         }
     }
 
-    /// To be called when floaters were added, removed or given other radii.
+    /// Puts fixed floaters on creases and in corners, at a spacing times the weights there, in the
+    /// place of those that there are.
+    pub(super) fn pin(&mut self, creases: &Creases, spacing: f64) {
+        let wanted = self.wanted;
+        let weight = |place: DVec3| match wanted {
+            None => 1.0,
+            Some((wanted, mean)) => {
+                let weight = wanted.value(place) / mean;
+                weight.clamp(1.0 / HEAVIEST, HEAVIEST)
+            }
+        };
+        let points = creases.points(&|place| spacing * weight(place));
+        let places: Vec<DVec3> = points.iter().map(|point| point.position).collect();
+        let there = self.evaluate(&places);
+        self.floaters.retain(|floater| !floater.is_fixed);
+        for (position, here) in places.into_iter().zip(there) {
+            let weight = weight(position);
+            self.floaters.push(Floater {
+                weight,
+                is_fixed: true,
+                ..Floater::at_rest(Point { position, here }, 0.5 * spacing * weight)
+            });
+        }
+        self.changed();
+    }
+
+    /// How many floaters are on creases and in corners.
+    pub(super) fn pinned(&self) -> u64 {
+        self.floaters
+            .iter()
+            .filter(|floater| floater.is_fixed)
+            .count() as u64
+    }
+
+    /// To be called when floaters were added or removed.
     pub(super) fn changed(&mut self) {
-        self.listed_at.clear();
+        self.listed.clear();
+    }
+
+    /// Whether the lists still hold every neighbour: two floaters may approach each other, each by
+    /// half of what the lists reach farther than is needed.
+    fn is_listed(&self) -> bool {
+        if self.listed.len() != self.floaters.len() {
+            return false;
+        }
+        let placed = || self.floaters.iter().zip(&self.listed);
+        let spare = placed().map(|(floater, listed)| listed.reach - CUTOFF * floater.radius);
+        let leash = 0.5 * spare.fold(f64::INFINITY, f64::min);
+        let near = |(floater, listed): (&Floater, &Site)| {
+            floater.position.distance_squared(listed.position) <= leash * leash
+        };
+        leash >= 0.0 && placed().all(near)
     }
 
     /// Brings floaters into the order of space and lists neighbours, if that is not done.
     pub(super) fn meet(&mut self) {
-        let placed = self.floaters.iter().zip(&self.listed_at);
-        let near = |(floater, &place): (&Floater, &DVec3)| {
-            floater.position.distance_squared(place) <= self.leash * self.leash
-        };
-        if self.listed_at.len() == self.floaters.len() && placed.into_iter().all(near) {
+        if self.is_listed() {
             return;
         }
         let site = |floater: &Floater| Site {
@@ -202,12 +358,8 @@ impl<'a> Population<'a> {
             .iter()
             .map(|&index| self.floaters[index as usize])
             .collect();
-        let sites: Vec<Site> = self.floaters.iter().map(site).collect();
-        self.neighbours = Neighbours::new(&sites);
-        let radii = self.floaters.iter().map(|floater| floater.radius);
-        // Two floaters may approach each other, each by half of the skin.
-        self.leash = 0.5 * SKIN * CUTOFF * radii.fold(f64::INFINITY, f64::min);
-        self.listed_at = sites.into_iter().map(|site| site.position).collect();
+        self.listed = self.floaters.iter().map(site).collect();
+        self.neighbours = Neighbours::new(&self.listed);
     }
 
     /// Weighs floaters where they are: by the wanted spacing there. One whose place has none keeps
@@ -245,19 +397,38 @@ impl<'a> Population<'a> {
         }
     }
 
+    /// What floaters need to know of each other: a list of its own, because that is the smaller
+    /// part of them.
+    fn sources(&self) -> Vec<Source> {
+        self.floaters.iter().map(Floater::source).collect()
+    }
+
     /// What each floater feels, in order; needs [`Population::meet`].
     pub(super) fn feel(&self, pairing: Pairing) -> Vec<Repulsion> {
-        // A list of its own, because what neighbours need of a floater is the smaller part.
-        let sources: Vec<Source> = self.floaters.iter().map(Floater::source).collect();
-        sources
-            .par_iter()
-            .with_min_len(CHUNK)
-            .enumerate()
-            .map(|(index, &own)| {
-                let others = self.neighbours.of(index).iter();
-                Repulsion::new(own, others.map(|&other| sources[other as usize]), pairing)
+        let sources = self.sources();
+        let (neighbours, alpha) = (&self.neighbours, self.rules.alpha);
+        (0..sources.len().div_ceil(CHUNK))
+            .into_par_iter()
+            .flat_map_iter(|chunk| {
+                let range = chunk_range(chunk, sources.len());
+                repulsions(&sources, range, neighbours, pairing, alpha)
             })
             .collect()
+    }
+
+    /// Ê / α
+    pub(super) fn desired_energy(&self) -> f64 {
+        let ideal = || desired_energy(self.bounds.dimension);
+        self.rules.energy.unwrap_or_else(ideal)
+    }
+
+    /// The paper's motion: no inertia.
+    pub(super) fn paper_motion(&self) -> Motion {
+        Motion {
+            time_step: self.rules.time_step,
+            inertia: 0.0,
+            correction: self.rules.phi * self.rules.time_step,
+        }
     }
 
     /// Evaluates the field at the places, in order.
@@ -277,97 +448,20 @@ impl<'a> Population<'a> {
         evaluations
     }
 
-    /// Where the floater wants to go under a desired velocity, and how fast along the surface.
-    /// Remembers its step and its speed.
-    pub(super) fn aim(&mut self, index: usize, desired: DVec3, motion: &Motion) -> DVec3 {
-        let bounds = self.bounds;
-        let floater = &mut self.floaters[index];
-        if floater.normal == DVec3::ZERO {
-            floater.speed = 0.0;
-            return floater.position;
-        }
-        let mut normal = floater.normal;
-        let tangential = |vector: DVec3, normal: DVec3| vector - vector.dot(normal) * normal;
-        let mut velocity = tangential(desired, normal);
-        let mut inertia = motion.inertia * floater.step;
-        if inertia.dot(velocity) < 0.0 {
-            // It has passed its equilibrium, or is thrown to and fro over a crease.
-            inertia = DVec3::ZERO;
-            floater.courage = (0.7 * floater.courage).max(SLOWEST);
-        } else {
-            floater.courage = (1.1 * floater.courage).min(1.0);
-        }
-        inertia = tangential(inertia, normal);
-        let mut distance = -floater.here.value / floater.here.gradient.dot(normal);
-        for axis in 0..bounds.dimension {
-            let at_low = floater.position[axis] <= bounds.min[axis];
-            let at_high = floater.position[axis] >= bounds.max[axis];
-            let step = velocity[axis] * motion.time_step + distance * normal[axis];
-            if (at_low && step < 0.0) || (at_high && step > 0.0) {
-                // The wall takes this component; the rest keeps to the curve of the cut.
-                let mut within = normal;
-                within[axis] = 0.0;
-                let length = within.length();
-                if length < 0.05 {
-                    continue;
-                }
-                distance /= length;
-                normal = within / length;
-                velocity[axis] = 0.0;
-                inertia[axis] = 0.0;
-                velocity = tangential(velocity, normal);
-                inertia = tangential(inertia, normal);
-            }
-        }
-        floater.speed = velocity.length();
-        let longest = LONGEST_STEP * floater.radius;
-        let step = floater.courage * motion.time_step * velocity + inertia;
-        floater.step = step.clamp_length_max(longest);
-        let correction = (motion.correction * distance).clamp(-longest, longest);
-        (floater.position + floater.step + correction * normal).clamp(bounds.min, bounds.max)
-    }
-
-    /// Takes a floater to where it wanted to go, unless that is no good place for it. Returns
-    /// whether it went.
-    pub(super) fn arrive(&mut self, index: usize, place: DVec3, there: Evaluation) -> bool {
-        let floater = &mut self.floaters[index];
-        let normal = there.normal();
-        let turn = normal.dot(floater.normal);
-        let good = there.is_defined()
-            && there.distance() <= (FARTHEST_OFF * floater.radius).max(floater.here.distance())
-            && turn > BACK;
-        floater.on_crease = if turn < CREASE {
-            CREASE_MEMORY
-        } else {
-            floater.on_crease.saturating_sub(1)
-        };
-        if turn < CREASE {
-            floater.step = DVec3::ZERO;
-            floater.courage = (0.7 * floater.courage).max(SLOWEST);
-        }
-        if good {
-            floater.position = place;
-            floater.here = there;
-            floater.normal = normal;
-        } else {
-            floater.step = DVec3::ZERO;
-            floater.courage = (0.5 * floater.courage).max(SLOWEST);
-        }
-        good
-    }
-
     /// Brings floaters onto the surface without moving them along it. Those in a side of the box
     /// stay in it.
     pub(super) fn land(&mut self) {
         for _ in 0..LANDING_STEPS {
-            let places: Vec<DVec3> = (0..self.floaters.len())
-                .map(|index| self.aim(index, DVec3::ZERO, &LANDING))
+            let bounds = self.bounds;
+            let places: Vec<DVec3> = self
+                .floaters
+                .iter_mut()
+                .map(|floater| floater.aim(&bounds, DVec3::ZERO, &LANDING))
                 .collect();
             let there = self.evaluate(&places);
-            for (index, (&place, &there)) in places.iter().zip(&there).enumerate() {
-                let is_nearer = there.distance() <= self.floaters[index].here.distance();
-                if is_nearer {
-                    self.arrive(index, place, there);
+            for ((floater, place), there) in self.floaters.iter_mut().zip(places).zip(there) {
+                if there.distance() <= floater.here.distance() {
+                    floater.arrive(place, there);
                 }
             }
         }
@@ -393,29 +487,55 @@ impl<'a> Population<'a> {
     /// One step of all floaters.
     pub(super) fn step(&mut self, motion: &Motion) -> Unrest {
         self.meet();
-        let felt = self.feel(Pairing::of_mean_radius(self.bounds.dimension));
-        for (floater, felt) in self.floaters.iter_mut().zip(&felt) {
-            floater.energy = felt.energy;
-        }
-        let places: Vec<DVec3> = felt
-            .iter()
+        let sources = self.sources();
+        let pairing = Pairing::of_mean_radius(self.bounds.dimension);
+        let (field, bounds, neighbours) = (self.field, self.bounds, &self.neighbours);
+        let parts: Vec<(Unrest, u64)> = self
+            .floaters
+            .par_chunks_mut(CHUNK)
             .enumerate()
-            .map(|(index, felt)| self.aim(index, felt.velocity, motion))
+            .map_init(Batch::default, |batch, (chunk, floaters)| {
+                let range = chunk_range(chunk, sources.len());
+                let felt = repulsions(&sources, range, neighbours, pairing, AMPLITUDE);
+                let places: Vec<DVec3> = floaters
+                    .iter_mut()
+                    .zip(&felt)
+                    .map(|(floater, felt)| {
+                        floater.energy = felt.energy;
+                        floater.aim(&bounds, felt.velocity, motion)
+                    })
+                    .collect();
+                let there = batch.evaluate(field, places.iter().copied());
+                let (mut unrest, mut undefined) = (Unrest::default(), 0);
+                for ((floater, &place), there) in floaters.iter_mut().zip(&places).zip(there) {
+                    undefined += u64::from(!there.is_defined());
+                    let before = floater.position;
+                    if floater.arrive(place, there) {
+                        unrest.add(floater, place.distance(before));
+                    }
+                }
+                (unrest, undefined)
+            })
             .collect();
-        let there = self.evaluate(&places);
         let mut unrest = Unrest::default();
-        for (index, (&place, &there)) in places.iter().zip(&there).enumerate() {
-            let before = self.floaters[index].position;
-            if self.arrive(index, place, there) {
-                let moved = place.distance(before);
-                unrest.add(&self.floaters[index], moved);
-            }
+        for (part, undefined) in parts {
+            unrest.smooth += part.smooth;
+            unrest.creases += part.creases;
+            self.tally.undefined_evaluations += undefined;
         }
         self.reweigh();
-        self.tally.steps += places.len() as u64;
+        let number = self.floaters.len();
+        self.tally.evaluations += number as u64;
+        self.tally.steps += number as u64;
         self.tally.iterations += 1;
-        unrest.mean(places.len())
+        unrest.mean(number)
     }
+}
+
+/// The floaters of a chunk.
+fn chunk_range(chunk: usize, number: usize) -> Range<usize> {
+    let first = chunk * CHUNK;
+    first..(first + CHUNK).min(number)
 }
 
 /// How much floaters still move in a step: root mean squares, in radii.

@@ -13,18 +13,13 @@
 //! the method independent of the unit of length. Each pair counts with a weight between 0 and 1
 //! that tells whether the two lie on the same sheet of the surface.
 
+use std::ops::Range;
+
 use glam::DVec3;
 
+use super::neighbours::Neighbours;
 use crate::math::scalar;
-
-/// Δt: the time step.
-pub(super) const TIME_STEP: f64 = 0.03;
-/// φ = ρ: the feedback that keeps floaters on the surface, and energized.
-pub(super) const FEEDBACK: f64 = 15.0;
-/// α: the amplitude of repulsion.
-pub(super) const AMPLITUDE: f64 = 6.0;
-/// β, in units of 1/σ: keeps the radius of a floater without neighbours from running away.
-const RESTRAINT: f64 = 10.0;
+use crate::sample::Rules;
 
 /// Floaters farther apart than so many radii do not see each other; E has fallen to α/1000.
 /// In the ideal pattern the second nearest are at √12 and the third at 4 radii: the cut passes
@@ -57,6 +52,29 @@ pub(super) enum Pairing {
 }
 
 impl Pairing {
+    /// How much of a floater's own energy pushes it.
+    fn part_of_own(self) -> f64 {
+        match self {
+            Pairing::Energies => 1.0,
+            Pairing::OnCurve | Pairing::OnSurface => 0.0,
+        }
+    }
+
+    /// The factor of the mutual energy where both radii are the same.
+    fn factor_of_equals(self) -> f64 {
+        2.0 - self.part_of_own()
+    }
+
+    /// -1/2σ² of the mutual energy of two radii, and its factor.
+    fn mutual(self, own: f64, other: f64) -> (f64, f64) {
+        let mean = 0.5 * (own + other);
+        match self {
+            Pairing::Energies => (-0.5 / (other * other), (own / other) * (own / other)),
+            Pairing::OnCurve => (-0.5 / (mean * mean), 2.0 * own / mean),
+            Pairing::OnSurface => (-0.5 / (mean * mean), 2.0),
+        }
+    }
+
     /// By which a spacing that varies is an equilibrium.
     pub(super) fn of_mean_radius(dimension: usize) -> Self {
         if dimension == 2 {
@@ -79,9 +97,73 @@ pub(super) struct Repulsion {
 }
 
 impl Repulsion {
-    /// Sums over the neighbours of a floater.
-    pub(super) fn new(own: Source, others: impl Iterator<Item = Source>, pairing: Pairing) -> Self {
-        let mut sum = Repulsion::default();
+    /// σ̇^i
+    pub(super) fn radius_rate(&self, radius: f64, desired: f64, rules: &Rules) -> f64 {
+        let change = -rules.rho * rules.alpha * (self.energy - desired);
+        change / (rules.alpha * self.energy_slope + rules.beta / radius)
+    }
+}
+
+/// What the sources of a range feel, in order; their neighbours are listed.
+///
+/// The exponentials of all pairs are taken in one call, which is vector code: that is where the
+/// time goes.
+pub(super) fn repulsions(
+    sources: &[Source],
+    range: Range<usize>,
+    neighbours: &Neighbours,
+    pairing: Pairing,
+    alpha: f64,
+) -> Vec<Repulsion> {
+    let mut pairs = Pairs::default();
+    let ends: Vec<usize> = range
+        .clone()
+        .map(|index| {
+            let others = neighbours.of(index).iter();
+            let others = others.map(|&other| &sources[other as usize]);
+            pairs.meet(&sources[index], others, pairing);
+            pairs.offsets.len()
+        })
+        .collect();
+    pairs.evaluate();
+    let mut start = 0;
+    let felt = range.zip(ends).map(|(index, end)| {
+        let felt = pairs.sum(start..end, sources[index].radius, pairing, alpha);
+        start = end;
+        felt
+    });
+    felt.collect()
+}
+
+/// Pairs of floaters that see each other, column by column.
+#[derive(Default)]
+struct Pairs {
+    /// r^ij
+    offsets: Vec<DVec3>,
+    /// |r^ij|²
+    squares: Vec<f64>,
+    /// How much they count as neighbours.
+    weights: Vec<f64>,
+    /// -|r|²/2σ² with the floater's own radius, and the exponential of it.
+    own_exponents: Vec<f64>,
+    own: Vec<f64>,
+    /// The same with the radius that decides the push, and the factor of that. Empty if all radii
+    /// are equal.
+    mutual_exponents: Vec<f64>,
+    mutual: Vec<f64>,
+    factors: Vec<f64>,
+    /// Whether two radii differ.
+    differ: bool,
+}
+
+impl Pairs {
+    /// Adds the pairs of one floater.
+    fn meet<'a>(
+        &mut self,
+        own: &Source,
+        others: impl Iterator<Item = &'a Source>,
+        pairing: Pairing,
+    ) {
         let own_rate = -0.5 / (own.radius * own.radius);
         for other in others {
             let offset = own.position - other.position;
@@ -98,38 +180,49 @@ impl Repulsion {
             if weight == 0.0 {
                 continue;
             }
-            let energy = weight * scalar::exp(square * own_rate);
-            let push = match pairing {
-                _ if own.radius == other.radius => 2.0 * energy,
-                Pairing::Energies => {
-                    let ratio = own.radius / other.radius;
-                    let other_rate = -0.5 / (other.radius * other.radius);
-                    energy + ratio * ratio * weight * scalar::exp(square * other_rate)
-                }
-                Pairing::OnCurve | Pairing::OnSurface => {
-                    let mean = 0.5 * (own.radius + other.radius);
-                    let rate = -0.5 / (mean * mean);
-                    let scale = if pairing == Pairing::OnCurve {
-                        own.radius / mean
-                    } else {
-                        1.0
-                    };
-                    2.0 * scale * weight * scalar::exp(square * rate)
-                }
-            };
-            sum.velocity += push * offset;
-            sum.energy += energy;
-            sum.energy_slope += square * energy;
+            if own.radius != other.radius && !self.differ {
+                self.differ = true;
+                self.mutual_exponents.clone_from(&self.own_exponents);
+                let equals = self.own_exponents.len();
+                self.factors.resize(equals, pairing.factor_of_equals());
+            }
+            self.offsets.push(offset);
+            self.squares.push(square);
+            self.weights.push(weight);
+            self.own_exponents.push(square * own_rate);
+            if self.differ {
+                let (rate, factor) = pairing.mutual(own.radius, other.radius);
+                self.mutual_exponents.push(square * rate);
+                self.factors.push(factor);
+            }
         }
-        sum.velocity *= AMPLITUDE;
-        sum.energy_slope /= own.radius * own.radius * own.radius;
-        sum
     }
 
-    /// σ̇^i, for the desired energy Ê / α.
-    pub(super) fn radius_rate(&self, radius: f64, desired: f64) -> f64 {
-        let change = -FEEDBACK * AMPLITUDE * (self.energy - desired);
-        change / (AMPLITUDE * self.energy_slope + RESTRAINT / radius)
+    fn evaluate(&mut self) {
+        self.own.resize(self.own_exponents.len(), 0.0);
+        scalar::exp_of_each(&mut self.own, &self.own_exponents);
+        self.mutual.resize(self.mutual_exponents.len(), 0.0);
+        scalar::exp_of_each(&mut self.mutual, &self.mutual_exponents);
+    }
+
+    /// What a floater feels of its pairs.
+    fn sum(&self, range: Range<usize>, radius: f64, pairing: Pairing, alpha: f64) -> Repulsion {
+        let mut sum = Repulsion::default();
+        for pair in range {
+            let energy = self.weights[pair] * self.own[pair];
+            let push = if self.differ {
+                let mutual = self.factors[pair] * self.weights[pair] * self.mutual[pair];
+                pairing.part_of_own() * energy + mutual
+            } else {
+                2.0 * energy
+            };
+            sum.velocity += push * self.offsets[pair];
+            sum.energy += energy;
+            sum.energy_slope += self.squares[pair] * energy;
+        }
+        sum.velocity *= alpha;
+        sum.energy_slope /= radius * radius * radius;
+        sum
     }
 }
 
@@ -163,12 +256,17 @@ const SQUARE_ROOT_OF_TAU: f64 = 2.506_628_274_631_000_5;
 /// Where two sheets are close their normals are opposite, because F changes its sign between.
 /// The ramp is wide, so that no pair is switched on or off while the two move.
 fn same_sheet(normal: DVec3, other: DVec3, offset: DVec3, square: f64) -> f64 {
-    let facing = ((normal.dot(other) + 0.5) * 2.0).clamp(0.0, 1.0);
+    let cosine = normal.dot(other);
+    let (above, below) = (offset.dot(normal), offset.dot(other));
+    let aside = 0.5 * (above * above + below * below);
+    if cosine >= 0.0 && aside <= 0.587 * square {
+        // Most pairs: the same as below, without a division.
+        return 1.0;
+    }
+    let facing = ((cosine + 0.5) * 2.0).clamp(0.0, 1.0);
     if facing == 0.0 {
         return 0.0;
     }
-    let (above, below) = (offset.dot(normal), offset.dot(other));
-    let aside = 0.5 * (above * above + below * below);
     // From 1 at 50 degrees above the tangent planes to 0 at 70.
     let level = ((0.883 * square - aside) / (0.296 * square)).clamp(0.0, 1.0);
     if square == 0.0 {
@@ -191,6 +289,14 @@ mod tests {
         }
     }
 
+    /// What a source feels of others.
+    fn felt_by(own: Source, others: impl Iterator<Item = Source>, pairing: Pairing) -> Repulsion {
+        let sources: Vec<Source> = std::iter::once(own).chain(others).collect();
+        let neighbours = Neighbours::of_first(sources.len());
+        let alpha = Rules::default().alpha;
+        repulsions(&sources, 0..1, &neighbours, pairing, alpha)[0]
+    }
+
     /// The hexagonal lattice of spacing 1 around the origin, without the origin.
     fn lattice() -> impl Iterator<Item = Source> {
         (-6..=6)
@@ -201,7 +307,7 @@ mod tests {
 
     #[test]
     fn the_lattice_is_in_equilibrium_and_its_density_is_known() {
-        let felt = Repulsion::new(source(0.0, 0.0), lattice(), Pairing::Energies);
+        let felt = felt_by(source(0.0, 0.0), lattice(), Pairing::Energies);
         assert!(felt.velocity.length() < 1e-14);
         // Six at 2 σ, six at √12 σ.
         let expected = 6.0 * ((-2.0_f64).exp() + (-6.0_f64).exp());
@@ -209,7 +315,7 @@ mod tests {
         let density = density(3, felt.energy, 0.5) * 0.75_f64.sqrt();
         assert!((density - 1.0).abs() < 1e-3, "{density}");
         let line = [-2.0, -1.0, 1.0, 2.0].map(|x| source(x, 0.0));
-        let felt = Repulsion::new(source(0.0, 0.0), line.into_iter(), Pairing::Energies);
+        let felt = felt_by(source(0.0, 0.0), line.into_iter(), Pairing::Energies);
         let density = super::density(2, felt.energy, 0.5);
         assert!((density - 1.0).abs() < 1e-3, "{density}");
     }
@@ -230,7 +336,7 @@ mod tests {
             };
             others.iter().map(pair).sum::<f64>()
         };
-        let felt = Repulsion::new(source(0.0, 0.0), others.into_iter(), Pairing::Energies);
+        let felt = felt_by(source(0.0, 0.0), others.into_iter(), Pairing::Energies);
         for axis in [DVec3::X, DVec3::Y] {
             let h = 1e-5;
             let slope = (energy(h * axis) - energy(-h * axis)) / (2.0 * h);
@@ -245,9 +351,9 @@ mod tests {
             ..source(x, 0.0)
         };
         let others = || [at(-0.95, 0.45), at(1.05, 0.55)].into_iter();
-        let felt = Repulsion::new(at(0.0, 0.5), others(), Pairing::OnCurve);
+        let felt = felt_by(at(0.0, 0.5), others(), Pairing::OnCurve);
         assert!(felt.velocity.length() < 1e-15);
-        let felt = Repulsion::new(at(0.0, 0.5), others(), Pairing::Energies);
+        let felt = felt_by(at(0.0, 0.5), others(), Pairing::Energies);
         assert!(felt.velocity.x > 0.1);
     }
 
@@ -264,8 +370,8 @@ mod tests {
                 ..point
             }
         };
-        let felt = |pairing| Repulsion::new(image(source(0.0, 0.0)), lattice().map(image), pairing);
-        let push = 2.0 * AMPLITUDE * (-2.0_f64).exp();
+        let felt = |pairing| felt_by(image(source(0.0, 0.0)), lattice().map(image), pairing);
+        let push = 2.0 * Rules::default().alpha * (-2.0_f64).exp();
         let rest = felt(Pairing::OnSurface).velocity.length();
         assert!(rest < 0.2 * k * push, "{rest}");
         assert!(felt(Pairing::Energies).velocity.length() > 5.0 * rest);
@@ -281,7 +387,7 @@ mod tests {
             position: 0.3 * DVec3::Z,
             ..source(0.0, 0.0)
         };
-        let felt = Repulsion::new(
+        let felt = felt_by(
             source(0.0, 0.0),
             [back, above].into_iter(),
             Pairing::Energies,
@@ -292,15 +398,19 @@ mod tests {
 
     #[test]
     fn a_lonely_radius_grows_and_a_crowded_one_shrinks_in_any_unit() {
+        let rules = Rules::default();
         let lonely = Repulsion::default();
-        let rate = lonely.radius_rate(0.5, desired_energy(3));
+        let rate = lonely.radius_rate(0.5, desired_energy(3), &rules);
         assert!(rate > 0.0);
-        assert_eq!(lonely.radius_rate(512.0, desired_energy(3)), 1024.0 * rate);
+        assert_eq!(
+            lonely.radius_rate(512.0, desired_energy(3), &rules),
+            1024.0 * rate
+        );
         let crowd = lattice().map(|other| Source {
             position: 0.5 * other.position,
             ..other
         });
-        let crowded = Repulsion::new(source(0.0, 0.0), crowd, Pairing::Energies);
-        assert!(crowded.radius_rate(0.5, desired_energy(3)) < 0.0);
+        let crowded = felt_by(source(0.0, 0.0), crowd, Pairing::Energies);
+        assert!(crowded.radius_rate(0.5, desired_energy(3), &rules) < 0.0);
     }
 }

@@ -72,7 +72,7 @@ const SLACK: f64 = 1e-9;
 
 /// Why a walk ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum End {
+pub(in crate::sample) enum End {
     /// Where it began.
     Closed,
     /// At the border of the box.
@@ -87,24 +87,24 @@ pub(super) enum End {
 
 /// What was met on the way.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Events {
+pub(in crate::sample) struct Events {
     /// Where branches cross.
-    pub(super) crossings: Vec<DVec3>,
+    pub(in crate::sample) crossings: Vec<DVec3>,
     /// Corners and cusps.
-    pub(super) corners: Vec<DVec3>,
+    pub(in crate::sample) corners: Vec<DVec3>,
     /// Ends inside the box.
-    pub(super) ends: Vec<DVec3>,
+    pub(in crate::sample) ends: Vec<DVec3>,
     /// Steps of which it is not proven that both ends are on one branch.
-    pub(super) unproven: u64,
+    pub(in crate::sample) unproven: u64,
     /// Steps.
-    pub(super) steps: u64,
+    pub(in crate::sample) steps: u64,
     /// Walks that had to be given up.
-    pub(super) unfinished: u64,
+    pub(in crate::sample) unfinished: u64,
 }
 
 impl Events {
     /// Whether the point is one of the singular ones, up to a distance.
-    pub(super) fn is_near(&self, point: DVec3, distance: f64) -> bool {
+    pub(in crate::sample) fn is_near(&self, point: DVec3, distance: f64) -> bool {
         let all = self.crossings.iter().chain(&self.corners);
         all.chain(&self.ends)
             .any(|known| known.distance(point) <= distance)
@@ -119,11 +119,11 @@ fn note(list: &mut Vec<DVec3>, point: DVec3, same: f64) {
 }
 
 /// What walks need to know.
-pub(super) struct Walker<'a> {
-    pub(super) system: &'a System<'a>,
-    pub(super) bounds: Bounds,
+pub(in crate::sample) struct Walker<'a> {
+    pub(in crate::sample) system: &'a System<'a>,
+    pub(in crate::sample) bounds: Bounds,
     /// Given if all fields are compiled.
-    pub(super) compiled: Option<Vec<&'a CompiledField>>,
+    pub(in crate::sample) compiled: Option<Vec<&'a CompiledField>>,
 }
 
 /// A step that was accepted, and how long the next one should be.
@@ -136,7 +136,7 @@ struct Taken {
 
 impl Walker<'_> {
     /// Whether a point lies in the box or on its border.
-    pub(super) fn is_inside(&self, point: DVec3) -> bool {
+    pub(in crate::sample) fn is_inside(&self, point: DVec3) -> bool {
         let mut slack = DVec3::splat(SLACK * self.system.diagonal);
         if self.system.dimension == 2 {
             slack.z = 0.0;
@@ -151,7 +151,7 @@ impl Walker<'_> {
 
     /// Walks from a place in the direction of its tangent. `is_old` tells of points on curves that
     /// were walked before.
-    pub(super) fn walk(
+    pub(in crate::sample) fn walk(
         &self,
         start: &Place,
         is_old: &dyn Fn(DVec3) -> bool,

@@ -12,14 +12,15 @@ mod step;
 mod surface;
 mod system;
 
+pub(super) use self::curve::{Events, Walker};
+pub(super) use self::proof::{Cell, enclose};
+pub(super) use self::starts::{Component, Region, Traced, trace};
+pub(super) use self::step::{Place, Step};
 pub(super) use self::surface::surface;
+pub(super) use self::system::{Condition, System};
 
 use glam::DVec3;
 
-use self::curve::Walker;
-use self::starts::{Traced, trace};
-use self::step::Place;
-use self::system::System;
 use super::statistics::{CurveComponent, CurveStatistics, Statistics};
 use super::{Options, Outcome, SampleError, out_of_range, radii};
 use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
@@ -53,7 +54,7 @@ pub(super) fn curve(
         bounds,
         compiled: system.compiled(),
     };
-    let traced = trace(&walker, monitor).ok_or(SampleError::Cancelled)?;
+    let traced = trace(&walker, &Region::whole(&bounds), monitor).ok_or(SampleError::Cancelled)?;
     if traced.components.is_empty() && traced.singular > 0 {
         return Err(SampleError::NoCurve {
             fields: fields.len(),

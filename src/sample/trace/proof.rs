@@ -24,22 +24,22 @@ const UNKNOWN: Enclosure = Enclosure {
 
 /// A box by its corners; in the plane, both have z = 0.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
-    pub(super) low: DVec3,
-    pub(super) high: DVec3,
+pub(in crate::sample) struct Cell {
+    pub(in crate::sample) low: DVec3,
+    pub(in crate::sample) high: DVec3,
 }
 
 impl Cell {
-    pub(super) fn center(&self) -> DVec3 {
+    pub(in crate::sample) fn center(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
 
-    pub(super) fn size(&self) -> DVec3 {
+    pub(in crate::sample) fn size(&self) -> DVec3 {
         self.high - self.low
     }
 
     /// The box with the same middle and sides `factor` times as long.
-    pub(super) fn scaled(&self, factor: f64) -> Cell {
+    pub(in crate::sample) fn scaled(&self, factor: f64) -> Cell {
         let half = 0.5 * factor * self.size();
         Cell {
             low: self.center() - half,
@@ -47,29 +47,31 @@ impl Cell {
         }
     }
 
-    pub(super) fn contains(&self, point: DVec3) -> bool {
+    pub(in crate::sample) fn contains(&self, point: DVec3) -> bool {
         point.cmpge(self.low).all() && point.cmple(self.high).all()
     }
 
-    pub(super) fn side(&self, axis: usize) -> Interval {
+    pub(in crate::sample) fn side(&self, axis: usize) -> Interval {
         Interval::new(self.low[axis], self.high[axis])
     }
 }
 
 /// What is known of the curve in a box.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Known {
+pub(in crate::sample) struct Known {
     /// Whether the equations can hold somewhere.
-    pub(super) possible: bool,
+    pub(in crate::sample) possible: bool,
     /// Whether an equation is the same everywhere: 0.
-    pub(super) flat: bool,
+    pub(in crate::sample) flat: bool,
     /// T = F_x × G_x, entire where the equations may jump or be undefined.
-    pub(super) tangent: [Interval; 3],
+    pub(in crate::sample) tangent: [Interval; 3],
+    /// The sine of the angle between the gradients of two fields is not larger.
+    pub(in crate::sample) sine: f64,
 }
 
 impl Known {
     /// The axis over which the curve is proven to be a graph, with the smallest slopes.
-    pub(super) fn axis(&self) -> Option<usize> {
+    pub(in crate::sample) fn axis(&self) -> Option<usize> {
         let least = |axis: &usize| {
             let along = self.tangent[*axis];
             along.low.max(-along.high)
@@ -79,13 +81,17 @@ impl Known {
     }
 
     /// dx_i / dx_j on the curve.
-    pub(super) fn slope(&self, of: usize, over: usize) -> Interval {
+    pub(in crate::sample) fn slope(&self, of: usize, over: usize) -> Interval {
         self.tangent[of] / self.tangent[over]
     }
 }
 
 /// Encloses the equations and the direction of the curve over boxes.
-pub(super) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]) -> Vec<Known> {
+pub(in crate::sample) fn enclose(
+    system: &System,
+    fields: &[&CompiledField],
+    cells: &[Cell],
+) -> Vec<Known> {
     let columns: [Vec<Interval>; 3] =
         std::array::from_fn(|axis| cells.iter().map(|cell| cell.side(axis)).collect());
     let columns = columns.each_ref().map(|column| &column[..]);
@@ -107,19 +113,24 @@ pub(super) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]
             let values = found.iter().map(|(values, _)| values[place]);
             let gradient = |field: usize| [0, 1, 2].map(|axis| found[field].1[axis][place]);
             let up = [0.0, 0.0, 1.0].map(Interval::point);
+            let slopes = (0..fields.len()).map(|field| least_length(gradient(field)));
+            let least: f64 = slopes.product();
             let smooth = values
                 .clone()
                 .all(|value| value.regularity == Regularity::Continuous);
+            let tangent = match (smooth, fields.len()) {
+                (true, 1) => cross(up, gradient(0)),
+                (true, 2) => cross(gradient(0), gradient(1)),
+                _ => [Interval::ENTIRE; 3],
+            };
+            let longest = tangent.map(|side| side.abs().high);
             Known {
                 possible: values.clone().all(|value| value.range.contains(0.0)),
                 flat: values
                     .clone()
                     .any(|value| value.range.low == 0.0 && value.range.high == 0.0),
-                tangent: match (smooth, fields.len()) {
-                    (true, 1) => cross(up, gradient(0)),
-                    (true, 2) => cross(gradient(0), gradient(1)),
-                    _ => [Interval::ENTIRE; 3],
-                },
+                tangent,
+                sine: DVec3::from_array(longest).length() / least,
             }
         })
         .collect()
@@ -130,7 +141,7 @@ pub(super) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]
 /// Where they almost touch, the combination of both whose gradient is smallest says so: its
 /// mean-value form around the middle c of the box, D(c) + (α F_x - β G_x)(box) · (x - c), with α and
 /// β such that the gradients' common part cancels.
-pub(super) fn miss_each_other(
+pub(in crate::sample) fn miss_each_other(
     system: &System,
     fields: &[&CompiledField],
     cells: &[Cell],
@@ -180,6 +191,12 @@ pub(super) fn miss_each_other(
     (0..cells.len()).map(missed).collect()
 }
 
+/// No vector with components in these intervals is shorter.
+fn least_length(sides: [Interval; 3]) -> f64 {
+    let least = sides.map(|side| side.low.max(-side.high).max(0.0));
+    DVec3::from_array(least).length()
+}
+
 fn cross(a: [Interval; 3], b: [Interval; 3]) -> [Interval; 3] {
     [(1, 2), (2, 0), (0, 1)].map(|(i, j)| a[i] * b[j] - a[j] * b[i])
 }
@@ -187,7 +204,7 @@ fn cross(a: [Interval; 3], b: [Interval; 3]) -> [Interval; 3] {
 /// Whether both ends of a step are proven to lie on the same piece of the curve: in a box around
 /// it the curve is a graph over an axis, and starting from the first end it cannot leave through
 /// the sides before it comes to the second.
-pub(super) fn connects(system: &System, fields: &[&CompiledField], step: &Step) -> bool {
+pub(in crate::sample) fn connects(system: &System, fields: &[&CompiledField], step: &Step) -> bool {
     let hull = Cell {
         low: step.from.min(step.to),
         high: step.from.max(step.to),
@@ -216,7 +233,7 @@ pub(super) fn connects(system: &System, fields: &[&CompiledField], step: &Step) 
 
 /// Whether the curve from a point stays between the sides of a box while the coordinate of the axis
 /// changes by `run`.
-pub(super) fn reaches(
+pub(in crate::sample) fn reaches(
     known: &Known,
     axis: usize,
     from: DVec3,

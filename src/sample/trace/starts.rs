@@ -4,8 +4,9 @@
 //! cell, three times as large, the curve is proven to be a graph over an axis with so small slopes
 //! that it cannot leave through the sides, there is one piece of it at most; if a point of that
 //! lies on a curve that was walked, the cell is settled, and if not, a walk begins there. Other
-//! cells are split, down to cells that are as small as the places at which a walk jumps over what is
-//! singular. What is left of them is counted: a component that was missed lies in such cells only.
+//! cells are split, down to cells that are as small as the places at which a walk jumps over what
+//! is singular. What is left of them is counted: a component that was missed lies in such cells
+//! only.
 //!
 //! Of fields that are not compiled nothing is known between the points of a grid; walks then begin
 //! in its cells on whose corners all fields change their sign, and nothing is proven.
@@ -30,6 +31,13 @@ const AROUND: f64 = 3.25;
 const DEEPEST: u32 = 17;
 const MOST_CELLS: u64 = 1 << 17;
 
+/// Gradients between which no larger sine is possible in a cell are judged by those at one point.
+const NARROW: f64 = 0.4;
+
+/// Where surfaces touch, they are close to each other up to this distance from there, as a part of
+/// the diagonal.
+const TOUCH: f64 = 1.0 / 64.0;
+
 /// Cells enclosed at a time.
 const BATCH: usize = 256;
 
@@ -53,30 +61,30 @@ const GRID: (usize, usize) = (256, 48);
 const NEAR: f64 = 1e-3;
 
 /// One connected curve, or a part of one that ends at a singular point.
-pub(super) struct Component {
+pub(in crate::sample) struct Component {
     /// In order, each from where the last one ended.
-    pub(super) steps: Vec<Step>,
-    pub(super) closed: bool,
-    pub(super) length: f64,
+    pub(in crate::sample) steps: Vec<Step>,
+    pub(in crate::sample) closed: bool,
+    pub(in crate::sample) length: f64,
 }
 
 /// All that was found.
 #[derive(Default)]
-pub(super) struct Traced {
-    pub(super) components: Vec<Component>,
-    pub(super) events: Events,
+pub(in crate::sample) struct Traced {
+    pub(in crate::sample) components: Vec<Component>,
+    pub(in crate::sample) events: Events,
     /// Cells of which nothing could be proven, apart from those at singular points.
-    pub(super) undecided: u64,
+    pub(in crate::sample) undecided: u64,
     /// Whether cells were looked at by intervals, and none is undecided.
-    pub(super) proven: bool,
+    pub(in crate::sample) proven: bool,
     /// Starts at which the equations hold and have no tangent.
-    pub(super) singular: u64,
-    pub(super) index: Index,
+    pub(in crate::sample) singular: u64,
+    pub(in crate::sample) index: Index,
 }
 
 /// Which steps are where.
 #[derive(Default)]
-pub(super) struct Index {
+pub(in crate::sample) struct Index {
     per_unit: f64,
     buckets: HashMap<[i64; 3], Vec<(u32, u32)>>,
 }
@@ -110,12 +118,42 @@ struct Open {
     depth: u32,
 }
 
+/// Where curves are looked for.
+pub(in crate::sample) struct Region {
+    /// Cells, and how often the box was halved for each.
+    pub(in crate::sample) cells: Vec<(Cell, u32)>,
+    /// Cells in which the sine of the angle between two surfaces is smaller are left out.
+    pub(in crate::sample) smallest_sine: f64,
+    /// The most cells that are enclosed.
+    pub(in crate::sample) most_cells: u64,
+}
+
+impl Region {
+    /// All of a box, whatever the angle.
+    pub(in crate::sample) fn whole(bounds: &Bounds) -> Region {
+        let cell = Cell {
+            low: bounds.min,
+            high: bounds.max,
+        };
+        Region {
+            cells: vec![(cell, 0)],
+            smallest_sine: 0.0,
+            most_cells: MOST_CELLS,
+        }
+    }
+}
+
 /// Walks every component that can be found.
 ///
 /// `None` if the monitor asks to stop.
-pub(super) fn trace(walker: &Walker, monitor: &dyn Monitor) -> Option<Traced> {
+pub(in crate::sample) fn trace(
+    walker: &Walker,
+    region: &Region,
+    monitor: &dyn Monitor,
+) -> Option<Traced> {
     let mut search = Search {
         walker,
+        region,
         traced: Traced {
             index: Index {
                 per_unit: BUCKETS / walker.system.diagonal,
@@ -133,20 +171,16 @@ pub(super) fn trace(walker: &Walker, monitor: &dyn Monitor) -> Option<Traced> {
 
 struct Search<'a> {
     walker: &'a Walker<'a>,
+    region: &'a Region,
     traced: Traced,
 }
 
 impl Search<'_> {
     /// Settles cells level by level.
     fn cover(&mut self, fields: &[&CompiledField], monitor: &dyn Monitor) -> Option<()> {
-        let bounds = self.walker.bounds;
-        let mut level = vec![Open {
-            cell: Cell {
-                low: bounds.min,
-                high: bounds.max,
-            },
-            depth: 0,
-        }];
+        let cells = self.region.cells.iter();
+        let mut level: Vec<Open> = cells.map(|&(cell, depth)| Open { cell, depth }).collect();
+        let most_cells = self.region.most_cells;
         let mut enclosed = 0;
         let mut left: Vec<Cell> = Vec::new();
         while !level.is_empty() {
@@ -155,7 +189,7 @@ impl Search<'_> {
                 if monitor.cancelled() {
                     return None;
                 }
-                if enclosed >= MOST_CELLS {
+                if enclosed >= most_cells {
                     left.extend(batch.iter().map(|open| open.cell));
                     continue;
                 }
@@ -166,7 +200,7 @@ impl Search<'_> {
                     return Some(());
                 }
             }
-            monitor.progress("cover", enclosed as f64 / MOST_CELLS as f64);
+            monitor.progress("cover", enclosed as f64 / most_cells as f64);
             level = next;
         }
         let undecided = left.iter().filter(|cell| {
@@ -207,7 +241,7 @@ impl Search<'_> {
             if here.flat {
                 self.traced.singular += HOPELESS;
             }
-            if self.is_settled(&open.cell, around, &known) {
+            if self.is_flat(&open.cell, here) || self.is_settled(&open.cell, around, &known) {
                 continue;
             }
             if open.depth >= TRIED_FROM && known.axis().is_none() {
@@ -219,6 +253,24 @@ impl Search<'_> {
                 split(open, next);
             }
         }
+    }
+
+    /// Whether two surfaces meet at no more than the smallest angle in a cell, as where they touch
+    /// or are the same: by the enclosure or, if that is narrow, by the angle in the middle or where
+    /// they meet near it.
+    fn is_flat(&self, cell: &Cell, known: &Known) -> bool {
+        let smallest = self.region.smallest_sine;
+        // NaN tells nothing either.
+        if smallest == 0.0 || known.sine.is_nan() || known.sine > NARROW {
+            return false;
+        }
+        let (system, middle) = (self.walker.system, cell.center());
+        let in_middle = || {
+            let local = system.local(middle);
+            local.is_some_and(|local| local.direction().length() < 0.5 * smallest)
+        };
+        let reach = cell.size().max_element().max(TOUCH * system.diagonal);
+        known.sine < smallest || in_middle() || system.touching(middle, reach, 0.5 * smallest)
     }
 
     /// Whether the one piece of the curve that a cell can hold is walked, perhaps just now.
@@ -272,7 +324,7 @@ impl Search<'_> {
                 let regular = found.local.direction().length() > SMALLEST_SINE;
                 if !around.contains(found.position) || !self.walker.is_inside(found.position) {
                 } else if !regular {
-                    self.traced.singular += 1;
+                    self.count_singular(1);
                 } else if !self.is_old(found.position) {
                     self.start(found.position);
                 }
@@ -281,8 +333,15 @@ impl Search<'_> {
                 // Newton's method fails where gradients vanish or are parallel on all of the curve.
                 let local = system.local(start);
                 let close = local.is_some_and(|local| local.residual() <= reach);
-                self.traced.singular += u64::from(close);
+                self.count_singular(u64::from(close));
             }
+        }
+    }
+
+    /// Counts starts without a tangent, unless surfaces that touch are left out anyway.
+    fn count_singular(&mut self, more: u64) {
+        if self.region.smallest_sine == 0.0 {
+            self.traced.singular += more;
         }
     }
 
@@ -362,9 +421,9 @@ impl Search<'_> {
     }
 }
 
-/// The cells of a grid, so many along the longest side of the box, on whose corners all fields change
-/// their sign; and what that cost.
-pub(super) fn crossed_cells(
+/// The cells of a grid, so many along the longest side of the box, on whose corners all fields
+/// change their sign; and what that cost.
+pub(in crate::sample) fn crossed_cells(
     fields: &[&dyn Field],
     bounds: &Bounds,
     along: usize,

@@ -37,18 +37,18 @@ const SAME: f64 = 1e-7;
 
 /// A point of the curve and which way it is passed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
-    pub(super) position: DVec3,
+pub(in crate::sample) struct Place {
+    pub(in crate::sample) position: DVec3,
     /// Of unit length, in the direction of travel.
-    pub(super) tangent: DVec3,
+    pub(in crate::sample) tangent: DVec3,
     /// Whether that is the direction of the equations (1) or its opposite (-1).
-    pub(super) sign: f64,
-    pub(super) local: Local,
+    pub(in crate::sample) sign: f64,
+    pub(in crate::sample) local: Local,
 }
 
 impl Place {
     /// The place with the tangent that points along a vector; `None` where there is no tangent.
-    pub(super) fn along(position: DVec3, local: Local, along: DVec3) -> Option<Place> {
+    pub(in crate::sample) fn along(position: DVec3, local: Local, along: DVec3) -> Option<Place> {
         let direction = local.direction();
         let size = direction.length();
         // NaN is no tangent either.
@@ -65,7 +65,7 @@ impl Place {
     }
 
     /// The same place passed the other way.
-    pub(super) fn reversed(self) -> Place {
+    pub(in crate::sample) fn reversed(self) -> Place {
         Place {
             tangent: -self.tangent,
             sign: -self.sign,
@@ -76,29 +76,29 @@ impl Place {
 
 /// A step from one place to another.
 #[derive(Clone, Debug)]
-pub(super) struct Step {
-    pub(super) from: DVec3,
-    pub(super) to: DVec3,
+pub(in crate::sample) struct Step {
+    pub(in crate::sample) from: DVec3,
+    pub(in crate::sample) to: DVec3,
     tangents: [DVec3; 2],
     /// The direction of the chord and its length.
-    pub(super) direction: DVec3,
-    pub(super) chord: f64,
+    pub(in crate::sample) direction: DVec3,
+    pub(in crate::sample) chord: f64,
     /// The inner nodes.
-    pub(super) nodes: [DVec3; 3],
+    pub(in crate::sample) nodes: [DVec3; 3],
     /// ds/dξ at the five nodes.
     rates: [f64; 5],
     /// [`Local::strength`] at the five nodes.
-    pub(super) strengths: [f64; 5],
+    pub(in crate::sample) strengths: [f64; 5],
     /// The arc length.
-    pub(super) length: f64,
+    pub(in crate::sample) length: f64,
     /// Whether it leads straight over a singular point, past which the curve is not a graph.
-    pub(super) straight: bool,
+    pub(in crate::sample) straight: bool,
 }
 
 impl Step {
     /// The step between two places; `None` if the curve between them is not what their tangents
     /// say.
-    pub(super) fn new(system: &System, from: &Place, to: &Place) -> Option<Step> {
+    pub(in crate::sample) fn new(system: &System, from: &Place, to: &Place) -> Option<Step> {
         let mut step = Step::straight(from.position, to.position);
         step.straight = false;
         step.tangents = [from.tangent, to.tangent];
@@ -124,15 +124,12 @@ impl Step {
             step.strengths[place] = here.local.strength;
             step.nodes[place - 1] = found.position;
         }
-        let [first, second, middle, fourth, last] = step.rates;
-        step.length = 0.5
-            * step.chord
-            * (WEIGHTS[0] * (first + last) + WEIGHTS[1] * (second + fourth) + WEIGHTS[2] * middle);
+        step.length = integral(step.chord, step.rates);
         Some(step)
     }
 
     /// A straight step.
-    pub(super) fn straight(from: DVec3, to: DVec3) -> Step {
+    pub(in crate::sample) fn straight(from: DVec3, to: DVec3) -> Step {
         let chord = from.distance(to);
         let direction = (to - from) / chord;
         Step {
@@ -150,7 +147,7 @@ impl Step {
     }
 
     /// The same step passed the other way.
-    pub(super) fn reversed(&self) -> Step {
+    pub(in crate::sample) fn reversed(&self) -> Step {
         let [one, two, three] = self.nodes;
         let [first, last] = self.tangents;
         let mut rates = self.rates;
@@ -169,8 +166,19 @@ impl Step {
         }
     }
 
+    /// The same step with ds multiplied by a function of the place, so that its length is the
+    /// integral of that function over the arc length.
+    pub(in crate::sample) fn weighed(&self, weight: impl Fn(DVec3) -> f64) -> Step {
+        let mut step = self.clone();
+        for (rate, (_, node)) in step.rates.iter_mut().zip(self.all_nodes()) {
+            *rate *= weight(node);
+        }
+        step.length = integral(step.chord, step.rates);
+        step
+    }
+
     /// The cubic through the ends with their tangents; `part` is 0 at the start and 1 at the end.
-    fn guess(&self, part: f64) -> DVec3 {
+    pub(in crate::sample) fn guess(&self, part: f64) -> DVec3 {
         let slope = |tangent: DVec3| self.chord / tangent.dot(self.direction) * tangent;
         let rest = 1.0 - part;
         let along = self.from + part * part * (3.0 - 2.0 * part) * (self.to - self.from);
@@ -178,7 +186,7 @@ impl Step {
     }
 
     /// The point of the curve over a part of the chord.
-    pub(super) fn at(&self, system: &System, part: f64) -> Option<Place> {
+    pub(in crate::sample) fn at(&self, system: &System, part: f64) -> Option<Place> {
         let guess = self.guess(part);
         let reach = 0.5 * self.chord;
         let across = match self.straight {
@@ -190,19 +198,32 @@ impl Step {
     }
 
     /// The nodes in order, ends included, with the parts of the chord at which they are.
-    pub(super) fn all_nodes(&self) -> [(f64, DVec3); 5] {
+    pub(in crate::sample) fn all_nodes(&self) -> [(f64, DVec3); 5] {
         let [one, two, three] = self.nodes;
         let points = [self.from, one, two, three, self.to];
         std::array::from_fn(|place| (NODES[place], points[place]))
     }
 
     /// Whether a point of the curve lies on this step. Costs a few evaluations if it is near.
-    pub(super) fn passes(&self, system: &System, point: DVec3) -> bool {
+    pub(in crate::sample) fn passes(&self, system: &System, point: DVec3) -> bool {
         self.part_of(system, point).is_some()
     }
 
+    /// Whether a point lies on this step, whichever equations it is a solution of.
+    pub(in crate::sample) fn lies_on(&self, system: &System, point: DVec3) -> bool {
+        let part = (point - self.from).dot(self.direction) / self.chord;
+        let same = SAME * system.diagonal;
+        (0.0..=1.0).contains(&part)
+            && match self.straight {
+                true => point.distance(self.guess(part)) <= same,
+                false => self
+                    .at(system, part)
+                    .is_some_and(|here| here.position.distance(point) <= same),
+            }
+    }
+
     /// The part of the chord over which a point of the curve lies, if it is on this step.
-    pub(super) fn part_of(&self, system: &System, point: DVec3) -> Option<f64> {
+    pub(in crate::sample) fn part_of(&self, system: &System, point: DVec3) -> Option<f64> {
         let same = SAME * system.diagonal;
         let part = (point - self.from).dot(self.direction) / self.chord;
         let slack = same / self.chord;
@@ -225,7 +246,7 @@ impl Step {
 
     /// The part of the chord at which so much of the arc length is passed: the inverse of s(ξ), by
     /// Newton's method on the integrated interpolant.
-    pub(super) fn part_at_length(&self, length: f64) -> f64 {
+    pub(in crate::sample) fn part_at_length(&self, length: f64) -> f64 {
         let rates = Polynomial::through(self.rates);
         let scale = 0.5 * self.chord;
         let mut t = 2.0 * (length / self.length).clamp(0.0, 1.0) - 1.0;
@@ -239,6 +260,13 @@ impl Step {
         }
         0.5 + 0.5 * t
     }
+}
+
+/// ∫ ds over a chord from ds/dξ at Lobatto's nodes.
+fn integral(chord: f64, rates: [f64; 5]) -> f64 {
+    let [first, second, middle, fourth, last] = rates;
+    let sum = WEIGHTS[0] * (first + last) + WEIGHTS[1] * (second + fourth) + WEIGHTS[2] * middle;
+    0.5 * chord * sum
 }
 
 /// A polynomial of degree four on -1..1.

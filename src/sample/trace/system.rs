@@ -18,6 +18,10 @@ const STEP_LIMIT: usize = 12;
 /// they are closer to one than to the other.
 const SPHERE_STEP_LIMIT: usize = 48;
 
+/// Where surfaces touch, so many of Newton's steps lead to a residual of this part of the distance.
+const TOUCHING_STEP_LIMIT: usize = 24;
+const TOUCHING: f64 = 1e-8;
+
 /// Steps that are not shorter than the last one by this factor are errors of rounding.
 const STALLED: f64 = 0.9;
 
@@ -28,60 +32,60 @@ const ROUNDING: f64 = 4e-16;
 const PARALLEL: f64 = 1e-13;
 
 /// The equations of a curve, with a count of what their solution costs.
-pub(super) struct System<'a> {
+pub(in crate::sample) struct System<'a> {
     /// F, or F and G.
-    pub(super) fields: Vec<&'a dyn Field>,
+    pub(in crate::sample) fields: Vec<&'a dyn Field>,
     /// 2 or 3.
-    pub(super) dimension: usize,
+    pub(in crate::sample) dimension: usize,
     /// The unit of length: the diagonal of the box.
-    pub(super) diagonal: f64,
+    pub(in crate::sample) diagonal: f64,
     /// The largest distance from the curve that is accepted.
-    pub(super) tolerance: f64,
+    pub(in crate::sample) tolerance: f64,
     evaluations: Cell<u64>,
     undefined: Cell<u64>,
 }
 
 /// The equations at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Local {
+pub(in crate::sample) struct Local {
     /// F / |F_x| of each.
-    pub(super) distances: [f64; 2],
+    pub(in crate::sample) distances: [f64; 2],
     /// F_x / |F_x| of each; 0 where the gradient vanishes.
-    pub(super) normals: [DVec3; 2],
+    pub(in crate::sample) normals: [DVec3; 2],
     /// The product of the lengths of the gradients and the sine between them: 0 where the curve has
     /// no tangent.
-    pub(super) strength: f64,
+    pub(in crate::sample) strength: f64,
 }
 
 impl Local {
     /// The direction of the curve, not of unit length: the product of the normals, as long as
     /// the sine between them. In the plane it has F < 0 on its left.
-    pub(super) fn direction(&self) -> DVec3 {
+    pub(in crate::sample) fn direction(&self) -> DVec3 {
         self.normals[0].cross(self.normals[1])
     }
 
     /// The larger |F| / |F_x|.
-    pub(super) fn residual(&self) -> f64 {
+    pub(in crate::sample) fn residual(&self) -> f64 {
         self.distances[0].abs().max(self.distances[1].abs())
     }
 }
 
 /// What Newton's method arrived at.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corrected {
-    pub(super) position: DVec3,
-    pub(super) local: Local,
+pub(in crate::sample) struct Corrected {
+    pub(in crate::sample) position: DVec3,
+    pub(in crate::sample) local: Local,
     /// The length of the first step.
-    pub(super) first: f64,
+    pub(in crate::sample) first: f64,
     /// That of the second, as a part of the first: the rate of contraction.
-    pub(super) contraction: f64,
+    pub(in crate::sample) contraction: f64,
     /// How far off the position may be: the length of steps that do not become shorter any more.
-    pub(super) noise: f64,
+    pub(in crate::sample) noise: f64,
 }
 
 /// What is asked of a solution beside the equations.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Condition {
+pub(in crate::sample) enum Condition {
     /// Nothing: each step is the shortest, that of the Moore-Penrose inverse.
     Nearest,
     /// To lie in the plane through a point with this unit normal.
@@ -92,7 +96,11 @@ pub(super) enum Condition {
 
 impl<'a> System<'a> {
     /// The curve where all fields vanish: one field in R2, two in R3.
-    pub(super) fn new(fields: Vec<&'a dyn Field>, diagonal: f64, tolerance: f64) -> System<'a> {
+    pub(in crate::sample) fn new(
+        fields: Vec<&'a dyn Field>,
+        diagonal: f64,
+        tolerance: f64,
+    ) -> System<'a> {
         let dimension = fields.first().map_or(2, |field| field.dimension());
         System {
             fields,
@@ -105,22 +113,22 @@ impl<'a> System<'a> {
     }
 
     /// Evaluations so far, enclosures included, and how many of them were undefined.
-    pub(super) fn counts(&self) -> (u64, u64) {
+    pub(in crate::sample) fn counts(&self) -> (u64, u64) {
         (self.evaluations.get(), self.undefined.get())
     }
 
     /// Counts evaluations that were made elsewhere.
-    pub(super) fn count(&self, evaluations: u64) {
+    pub(in crate::sample) fn count(&self, evaluations: u64) {
         self.evaluations.set(self.evaluations.get() + evaluations);
     }
 
     /// The compiled fields, if all are.
-    pub(super) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
+    pub(in crate::sample) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
         self.fields.iter().map(|field| field.compiled()).collect()
     }
 
     /// The equations at a point; `None` where one is undefined.
-    pub(super) fn local(&self, point: DVec3) -> Option<Local> {
+    pub(in crate::sample) fn local(&self, point: DVec3) -> Option<Local> {
         let mut local = Local {
             distances: [point.z, 0.0],
             normals: [DVec3::Z, DVec3::ZERO],
@@ -157,7 +165,7 @@ impl<'a> System<'a> {
     ///
     /// It ends where steps have the length of rounding errors, or have ceased to become shorter
     /// and the residual is within the tolerance. `None` if that does not come about.
-    pub(super) fn solve(
+    pub(in crate::sample) fn solve(
         &self,
         start: DVec3,
         condition: Condition,
@@ -209,6 +217,30 @@ impl<'a> System<'a> {
             contraction,
             noise: last,
         })
+    }
+}
+
+impl System<'_> {
+    /// Whether both surfaces have a common point near a start, with a smaller sine between their
+    /// normals than this. Where surfaces touch, each of Newton's steps halves the distance.
+    pub(in crate::sample) fn touching(&self, start: DVec3, reach: f64, sine: f64) -> bool {
+        let mut position = start;
+        for _ in 0..TOUCHING_STEP_LIMIT {
+            let Some(local) = self.local(position) else {
+                return false;
+            };
+            if local.residual() <= TOUCHING * reach {
+                return local.direction().length() < sine;
+            }
+            let Some(step) = newton_step(&local, position, Condition::Nearest) else {
+                return false;
+            };
+            position += step;
+            if position.distance(start) > reach {
+                return false;
+            }
+        }
+        false
     }
 }
 
