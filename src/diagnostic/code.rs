@@ -112,6 +112,7 @@ codes! {
     W0811 UndefinedField "field that is not a number anywhere in its box",
     W0812 SingularPoints "gradient that vanishes on the zero set",
     W0813 MaybeMissed "components that may have been missed",
+    W0814 CoarseSpacing "spacing larger than the surface",
 }
 
 impl Code {

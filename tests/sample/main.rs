@@ -13,6 +13,7 @@ mod paper;
 mod particles;
 mod poisson;
 mod rays;
+mod refusals;
 mod statistics;
 mod thinning;
 mod trace;

@@ -10,7 +10,7 @@ use super::surfaces::{field_argument, located_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Samples};
 use crate::language::function::At;
 use crate::language::product::SampleSet;
 use crate::language::session::Session;
@@ -172,9 +172,20 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             ),
         };
         let mut error = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero found");
-        error.help = Some("give `bounds` that hold the surface, or check the field".into());
+        error.help = Some(match options.spacing {
+            _ if statistics.nan_points > 0 => format!(
+                "the field or its gradient was not a number at {} of {} points that were looked at: \
+                 check where it is defined, or give `bounds` that lie there",
+                statistics.nan_points, statistics.evaluations
+            ),
+            Some(_) if method == Method::Grid => {
+                "give a smaller `spacing`, or `bounds` that hold the surface".to_owned()
+            }
+            _ => "give `bounds` that hold the surface, or check the field".to_owned(),
+        });
         return Err(error);
     }
+    warn_about_points(session, arguments, &outcome.samples, options.spacing);
     warn_about_samples(session, arguments, &statistics);
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
@@ -406,6 +417,44 @@ fn warn_about_samples(
             ),
         )
         .label(arguments.span, "sampled here");
+        session.host.warn(warning);
+    }
+}
+
+/// At so many of its points, as a part, the gradient of a surface does not vanish by chance.
+const OFTEN: f64 = 0.01;
+
+/// Warns where the zero set has no gradient, so that it is no surface, and where the points are next
+/// to none because they are too far apart.
+fn warn_about_points(
+    session: &mut Session,
+    arguments: &Arguments,
+    samples: &Samples,
+    spacing: Option<f64>,
+) {
+    let number = samples.positions.len();
+    let vanishing = samples.normals.iter().filter(|&&n| n == DVec3::ZERO);
+    let vanishing = vanishing.count();
+    if vanishing as f64 > OFTEN * number as f64 {
+        let message = format!(
+            "the gradient vanishes at {vanishing} of {number} points: the field is 0 on a whole \
+             region there, or does not change its sign, and the points have no normals"
+        );
+        let warning = Diagnostic::warning(Code::SingularPoints, message)
+            .label(arguments.place("f"), "this field")
+            .help("a solid is sampled on its surface if the field is negative inside");
+        session.host.warn(warning);
+    }
+    let bounds = Bounds::of_points(samples.dimension, samples.positions.iter().copied());
+    let extent = bounds.map_or(0.0, |bounds| bounds.diagonal());
+    if let Some(spacing) = spacing.filter(|&spacing| spacing > extent && samples.dimension > 1) {
+        let message = format!(
+            "the spacing, {spacing}, is larger than the distance between any two of the {number} \
+             points that were found"
+        );
+        let warning = Diagnostic::warning(Code::CoarseSpacing, message)
+            .label(arguments.place("spacing"), "this spacing")
+            .help("give a smaller `spacing`, or a `count`");
         session.host.warn(warning);
     }
 }
