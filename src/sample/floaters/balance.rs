@@ -28,6 +28,9 @@ const COINCIDENT: f64 = 0.5;
 /// The same for two on a crease, between whose sides there may be no repulsion.
 const COINCIDENT_ON_CREASE: f64 = 0.9;
 
+/// Radii that differ by less tell the same area.
+const NEAR_ENOUGH: f64 = 1e-3;
+
 /// A floater whose density is so many times that of the ideal pattern is one too many.
 const OVERCROWDED: f64 = 1.5;
 
@@ -115,13 +118,6 @@ impl Population<'_> {
         }
     }
 
-    /// Multiplies all radii.
-    pub(super) fn scale_radii(&mut self, factor: f64) {
-        for floater in &mut self.floaters {
-            floater.radius *= factor;
-        }
-    }
-
     /// Measures the area of the surface, or the length of the curve, in units of the square (the
     /// length) of the weights there; the floaters then have one radius times their weights, half of
     /// the ideal spacing, and the energies that belong to it.
@@ -157,7 +153,11 @@ impl Population<'_> {
                 self.floaters[index].energy = felt.energy;
             }
             let next = 0.5 * spacing_for(dimension, area, number);
-            radius = next.clamp(0.5 * radius, 2.0 * radius);
+            let next = next.clamp(0.5 * radius, 2.0 * radius);
+            if (next / radius - 1.0).abs() < NEAR_ENOUGH {
+                break;
+            }
+            radius = next;
         }
         area
     }

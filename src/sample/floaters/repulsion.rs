@@ -26,6 +26,9 @@ use crate::sample::Rules;
 /// between. (One at 3 would leave floaters trembling.)
 pub(super) const CUTOFF: f64 = 3.75;
 
+/// Floaters see about so many others.
+const USUAL_NEIGHBOURS: usize = 16;
+
 /// What repels: a place with its normal and its radius σ.
 #[derive(Clone, Copy)]
 pub(super) struct Source {
@@ -113,16 +116,16 @@ pub(super) fn repulsions(
     range: Range<usize>,
     neighbours: &Neighbours,
     pairing: Pairing,
-    alpha: f64,
+    (alpha, cutoff): (f64, f64),
 ) -> Vec<Repulsion> {
-    let mut pairs = Pairs::default();
+    let mut pairs = Pairs::for_floaters(range.len());
     let ends: Vec<usize> = range
         .clone()
         .map(|index| {
             let others = neighbours.of(index).iter();
             let others = others.map(|&other| &sources[other as usize]);
-            pairs.meet(&sources[index], others, pairing);
-            pairs.offsets.len()
+            pairs.meet(&sources[index], others, pairing, cutoff);
+            pairs.seen.len()
         })
         .collect();
     pairs.evaluate();
@@ -135,15 +138,10 @@ pub(super) fn repulsions(
     felt.collect()
 }
 
-/// Pairs of floaters that see each other, column by column.
+/// Pairs of floaters that see each other.
 #[derive(Default)]
 struct Pairs {
-    /// r^ij
-    offsets: Vec<DVec3>,
-    /// |r^ij|²
-    squares: Vec<f64>,
-    /// How much they count as neighbours.
-    weights: Vec<f64>,
+    seen: Vec<Pair>,
     /// -|r|²/2σ² with the floater's own radius, and the exponential of it.
     own_exponents: Vec<f64>,
     own: Vec<f64>,
@@ -156,20 +154,47 @@ struct Pairs {
     differ: bool,
 }
 
+/// A pair.
+struct Pair {
+    /// r^ij
+    offset: DVec3,
+    /// |r^ij|²
+    square: f64,
+    /// How much they count as neighbours.
+    weight: f64,
+}
+
 impl Pairs {
+    /// Room for the pairs of so many floaters.
+    fn for_floaters(number: usize) -> Pairs {
+        Pairs {
+            seen: Vec::with_capacity(USUAL_NEIGHBOURS * number),
+            own_exponents: Vec::with_capacity(USUAL_NEIGHBOURS * number),
+            ..Pairs::default()
+        }
+    }
+
     /// Adds the pairs of one floater.
     fn meet<'a>(
         &mut self,
         own: &Source,
         others: impl Iterator<Item = &'a Source>,
         pairing: Pairing,
+        cutoff: f64,
     ) {
         let own_rate = -0.5 / (own.radius * own.radius);
+        let own_reach = (cutoff * own.radius) * (cutoff * own.radius);
         for other in others {
             let offset = own.position - other.position;
             let square = offset.length_squared();
-            let longer = CUTOFF * own.radius.max(other.radius);
-            if square > longer * longer {
+            let is_equal = own.radius == other.radius;
+            let reach = if is_equal {
+                own_reach
+            } else {
+                let longer = cutoff * own.radius.max(other.radius);
+                longer * longer
+            };
+            if square > reach {
                 continue;
             }
             let weight = if own.on_crease || other.on_crease {
@@ -180,15 +205,17 @@ impl Pairs {
             if weight == 0.0 {
                 continue;
             }
-            if own.radius != other.radius && !self.differ {
+            if !is_equal && !self.differ {
                 self.differ = true;
                 self.mutual_exponents.clone_from(&self.own_exponents);
                 let equals = self.own_exponents.len();
                 self.factors.resize(equals, pairing.factor_of_equals());
             }
-            self.offsets.push(offset);
-            self.squares.push(square);
-            self.weights.push(weight);
+            self.seen.push(Pair {
+                offset,
+                square,
+                weight,
+            });
             self.own_exponents.push(square * own_rate);
             if self.differ {
                 let (rate, factor) = pairing.mutual(own.radius, other.radius);
@@ -208,17 +235,20 @@ impl Pairs {
     /// What a floater feels of its pairs.
     fn sum(&self, range: Range<usize>, radius: f64, pairing: Pairing, alpha: f64) -> Repulsion {
         let mut sum = Repulsion::default();
-        for pair in range {
-            let energy = self.weights[pair] * self.own[pair];
+        let pairs = self.seen[range.clone()]
+            .iter()
+            .zip(&self.own[range.clone()]);
+        for (place, (pair, own)) in range.zip(pairs) {
+            let energy = pair.weight * own;
             let push = if self.differ {
-                let mutual = self.factors[pair] * self.weights[pair] * self.mutual[pair];
+                let mutual = self.factors[place] * pair.weight * self.mutual[place];
                 pairing.part_of_own() * energy + mutual
             } else {
                 2.0 * energy
             };
-            sum.velocity += push * self.offsets[pair];
+            sum.velocity += push * pair.offset;
             sum.energy += energy;
-            sum.energy_slope += self.squares[pair] * energy;
+            sum.energy_slope += pair.square * energy;
         }
         sum.velocity *= alpha;
         sum.energy_slope /= radius * radius * radius;
@@ -294,7 +324,7 @@ mod tests {
         let sources: Vec<Source> = std::iter::once(own).chain(others).collect();
         let neighbours = Neighbours::of_first(sources.len());
         let alpha = Rules::default().alpha;
-        repulsions(&sources, 0..1, &neighbours, pairing, alpha)[0]
+        repulsions(&sources, 0..1, &neighbours, pairing, (alpha, CUTOFF))[0]
     }
 
     /// The hexagonal lattice of spacing 1 around the origin, without the origin.

@@ -41,6 +41,10 @@ const FIRST_OF_TURK: f64 = 100.0;
 /// deaths in the balance, which are few at a time.
 const FEWEST_TO_BALANCE: f64 = 0.8;
 
+/// The area of a surface of which there are few floaters is known badly, and so is the radius that
+/// leads to a number: so often it is tried.
+const ATTEMPTS_TO_START: u32 = 4;
+
 /// Steps after which a generation is in order: the first, and one whose pattern comes from its parents'.
 const FIRST_STEPS: u32 = 120;
 const NEXT_STEPS: u32 = 12;
@@ -55,10 +59,6 @@ const NEAR_ENOUGH: f64 = 0.004;
 /// Repulsion carries floaters to where they are missing, but slowly, and to no other component: if
 /// more than this part of them is misplaced, they die and others are born.
 const MISPLACED: f64 = 0.01;
-
-/// The radius at rest, in units of the spacing. Somewhat longer than half of it evens out the holes
-/// of defects: the largest hole over the least distance is smallest with 0.55 to 0.6.
-const RADIUS_AT_REST: f64 = 0.55;
 
 /// Equilibrium: the root mean square step of the floaters, in radii, on smooth parts of the
 /// surface and on creases.
@@ -108,9 +108,12 @@ impl Run<'_> {
         let Some(around) = Bounds::of_points(dimension, positions) else {
             return Ok(true);
         };
-        // A zero set that is a single point has no diameter.
-        let smallest = 1e-6 * self.population.bounds.diagonal();
-        let diameter = around.diagonal().max(smallest);
+        // A zero set that is a single point has no diameter, and given seeds tell of none.
+        let box_diagonal = self.population.bounds.diagonal();
+        let diameter = match self.options.seeds.is_empty() {
+            true => around.diagonal().max(1e-6 * box_diagonal),
+            false => box_diagonal,
+        };
         self.weigh_seeds(seeds)?;
         if self.options.exact {
             return self.follow_paper(seeds, diameter);
@@ -181,7 +184,12 @@ impl Run<'_> {
             .unwrap_or((0.5 * diameter).max(LARGEST * desired));
         let coarse = diameter * if dimension == 2 { COARSE.1 } else { COARSE.0 };
         // The surface is part of a sphere of its diameter, but may be folded.
-        let most = 100.0 * number_for(dimension, diameter.powi(dimension as i32 - 1), desired);
+        let size = if dimension == 2 {
+            diameter
+        } else {
+            diameter * diameter
+        };
+        let most = 100.0 * number_for(dimension, size, desired);
         let limit = self.options.count_limit as f64;
         self.begin(seeds, coarse);
         self.population.capacity = most.min(limit) as usize;
@@ -198,27 +206,22 @@ impl Run<'_> {
     /// From a first generation in good order to the final number: middles between neighbours become
     /// floaters, generation by generation, each four times as many (on a curve twice) as the last.
     fn grow(&mut self, expected: f64) -> Result<(), SampleError> {
-        let factor = if self.population.bounds.dimension == 2 {
-            2.0
-        } else {
-            4.0
+        let factor = match self.population.bounds.dimension {
+            2 => 2.0,
+            _ => 4.0,
         };
-        let generations = (expected / FIRST_GENERATION)
-            .log(factor)
-            .floor()
-            .clamp(0.0, 40.0);
-        let first = (expected / f64::powf(factor, generations)).round().max(1.0);
-        self.start(first)?;
-        self.steps("settle", FIRST_STEPS, &SPREADING)?;
-        for generation in 0..generations as u32 {
-            if generation > 0 {
-                self.steps("refine", NEXT_STEPS, &SPREADING)?;
-                self.repair()?;
-            }
-            self.births += self.population.refine() as u64;
-            self.pin(first * f64::powi(factor, generation as i32 + 1))?;
+        let (mut number, mut generations) = (expected, 0);
+        while number >= factor * FIRST_GENERATION {
+            number /= factor;
+            generations += 1;
         }
-        if generations > 0.0 {
+        number = number.round().max(1.0);
+        self.start(number)?;
+        self.steps("settle", FIRST_STEPS, &SPREADING)?;
+        for _ in 0..generations {
+            self.births += self.population.refine() as u64;
+            number *= factor;
+            self.pin(number)?;
             self.steps("refine", NEXT_STEPS, &SPREADING)?;
             self.repair()?;
         }
@@ -227,10 +230,13 @@ impl Run<'_> {
 
     /// Makes a first generation of so many.
     fn start(&mut self, number: f64) -> Result<(), SampleError> {
-        let area = self.population.measure();
-        let spacing = spacing_for(self.population.bounds.dimension, area, number);
-        let ratio = self.population.floaters.len() as f64 / number;
-        if !(FEWEST_TO_BALANCE..=1.0 / FEWEST_TO_BALANCE).contains(&ratio) {
+        for _ in 0..ATTEMPTS_TO_START {
+            let ratio = self.population.floaters.len() as f64 / number;
+            if (FEWEST_TO_BALANCE..=1.0 / FEWEST_TO_BALANCE).contains(&ratio) {
+                break;
+            }
+            let area = self.population.measure();
+            let spacing = spacing_for(self.population.bounds.dimension, area, number);
             self.populate(Target::many(PAPER_RADIUS * spacing), POPULATE_LIMIT, QUIET)?;
         }
         self.pin(number)?;
@@ -285,11 +291,13 @@ impl Run<'_> {
         };
         let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
         self.settle()?;
-        for generation in 0..generations {
+        let mut number = first;
+        for _ in 0..generations {
+            number *= 2.0;
             self.births += self.population.split_all(&mut self.dice) as u64;
             radius *= shrink;
             self.population.level(radius);
-            self.pin(first * f64::powi(2.0, generation as i32 + 1))?;
+            self.pin(number)?;
             self.settle()?;
         }
         Ok(())
@@ -462,8 +470,6 @@ impl Run<'_> {
 
     /// Repulsion with one radius until nobody moves any more.
     fn settle(&mut self) -> Result<bool, SampleError> {
-        self.population.scale_radii(2.0 * RADIUS_AT_REST);
-        let mut rests = false;
         for step in 0..SETTLE_LIMIT {
             if self.population.tally.iterations >= self.options.iteration_limit {
                 break;
@@ -471,13 +477,11 @@ impl Run<'_> {
             self.ask("settle", f64::from(step) / f64::from(SETTLE_LIMIT))?;
             let motion = if step < PATIENCE { &SETTLING } else { &WARY };
             let unrest = self.population.step(motion);
-            rests = unrest.smooth < AT_REST.0 && unrest.creases < AT_REST.1;
-            if rests {
-                break;
+            if unrest.smooth < AT_REST.0 && unrest.creases < AT_REST.1 {
+                return Ok(true);
             }
         }
-        self.population.scale_radii(0.5 / RADIUS_AT_REST);
-        Ok(rests)
+        Ok(false)
     }
 
     /// Tells the monitor how far it is, and asks it whether to go on.
