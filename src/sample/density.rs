@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! s(x) = s₀ b(x) R(x)/R₀                  b: the spacing that was asked for as a function, or 1
-//! s'(x) = min(s, s/m + d(x)/3)            in a focus region m times finer, at a distance d from it
+//! s'(x) = min(s, s/m + d(x)/5)            in a focus region m times finer, at a distance d from it
 //! ```
 //!
 //! R is the radius of curvature, 1 / max(|k₁|, |k₂|), from the gradient and the Hessian (R. Goldman,
@@ -16,7 +16,7 @@
 //! (R/R₀)^(1-n) on the surface 1, so that there are as many points as with a spacing of s₀
 //! everywhere. With a count s₀ is the spacing that gives so many.
 //!
-//! Around a focus region the spacing grows by a third of the distance, which takes two or three
+//! Around a focus region the spacing grows by a fifth of the distance, which takes three or four
 //! spacings to the full one; repulsion cannot follow much faster.
 
 use std::sync::Arc;
@@ -40,7 +40,7 @@ const COARSE: u64 = 500;
 const DIFFERENCE: f64 = 1e-5;
 
 /// How fast the spacing grows with the distance from a focus region.
-const GRADE: f64 = 1.0 / 3.0;
+const GRADE: f64 = 0.2;
 
 /// The parts of the surface that are more and less curved than the window's middle is chosen by.
 const QUANTILES: (f64, f64) = (0.05, 0.95);

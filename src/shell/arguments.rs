@@ -58,7 +58,7 @@ pub(super) enum Command {
     #[command(
         after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/blobs.imp -o blobs.ply --adapt curvature --contrast 4\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
     )]
-    Sample(Sample),
+    Sample(Box<Sample>),
     /// Makes a picture of a field: a graph in R1, a map in R2, a lit solid in R3
     #[command(
         after_help = "Examples:\n  imp render examples/csg.imp part -o part.png --occlusion\n  imp render examples/torus.imp -o torus.png --view 30,20 --perspective 35 --size 800x600\n  imp render examples/cassini.imp -o ovals.png --size 1024\n  imp render scene.imp \"a & !b\" -o cut.png --bounds \"[-1..1, -1..1, 0..2]\" --view top --transparent\n\nThe box, from the field's `over` or from `--bounds`, cuts solids: cuts are shown flat and orange.\nGrey is where the field is not a number, or jumps below 0 without a zero."

@@ -145,11 +145,11 @@ fn a_focus_is_finer_and_the_rest_as_it_was() {
     let (inside, outside) = (part(true), part(false));
     assert!((inside / 0.04 - 1.0).abs() < 0.1, "{inside}");
     assert!((outside / 0.12 - 1.0).abs() < 0.1, "{outside}");
-    // In between it grows with the distance |F|/|F_x| from the ball, by a third of it.
+    // In between it grows with the distance |F|/|F_x| from the ball, by a fifth of it.
     let grown = |p: DVec3| {
         let square = (p - centre).length_squared();
         let distance = ((square - 0.16) / (2.0 * square.sqrt())).max(0.0);
-        0.12_f64.min(0.04 + distance / 3.0)
+        0.12_f64.min(0.04 + distance / 5.0)
     };
     let worst = worst(positions, 6, grown);
     assert!(worst < 0.12, "{worst}");
