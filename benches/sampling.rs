@@ -112,7 +112,7 @@ struct Shape {
 }
 
 fn shapes() -> Vec<Shape> {
-    SHAPES.iter().map(|shape| read(shape)).collect()
+    SHAPES.iter().map(read).collect()
 }
 
 fn read((name, half, text): &(&'static str, [f64; 3], &str)) -> Shape {
