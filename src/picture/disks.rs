@@ -20,11 +20,14 @@ const APART: f64 = 0.92;
 /// Dots in the plane: their radius in units of the points', and at least, in pixels.
 const DOT: (f64, f64) = (0.4, 1.25);
 
+/// How much wider than what is seen the picture is.
+const FRAME: f64 = 0.06;
+
 /// How much larger than the points the box is.
 const MARGIN: f64 = 0.04;
 
-/// A picture of samples in R2 or R3: in the plane dots, in space lit disks. Of the options the
-/// size, the view and what concerns the background count.
+/// A picture of samples in R2 or R3: in the plane dots, in space lit disks. Of the options all count
+/// but the style and the step.
 ///
 /// # Errors
 ///
@@ -68,7 +71,10 @@ fn disks(samples: &Samples, options: &Options, size: [usize; 2]) -> Picture {
         perspective: options.perspective,
         size: size.map(|count| count * options.samples),
     };
-    let camera = Camera::new(&aim);
+    let mut camera = Camera::new(&aim);
+    if !options.whole {
+        camera = closer(&camera, samples);
+    }
     let [width, height] = camera.size();
     let mut map = HeightMap {
         width,
@@ -90,6 +96,32 @@ fn disks(samples: &Samples, options: &Options, size: [usize; 2]) -> Picture {
             covered: covered as f64 / map.hits.len() as f64,
             ..Statistics::default()
         },
+    }
+}
+
+/// The camera that sees just the disks, where the box is seen larger.
+fn closer(camera: &Camera, samples: &Samples) -> Camera {
+    let size = camera.size().map(|count| count as f64);
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for (center, radius) in samples.positions.iter().zip(&samples.radii) {
+        if let Some(screen) = camera.screen(*center) {
+            let reach = radius / camera.pixel_at(screen) + 1.0;
+            let place = DVec2::new(screen[0], screen[1]);
+            low = low.min(place - reach);
+            high = high.max(place + reach);
+        }
+    }
+    let margin = 0.5 * FRAME * (high - low);
+    let (low, high) = (low - margin, high + margin);
+    let part = [
+        low.x.max(0.0),
+        low.y.max(0.0),
+        high.x.min(size[0]),
+        high.y.min(size[1]),
+    ];
+    match part[0] < part[2] && part[1] < part[3] {
+        true => camera.framed(part),
+        false => camera.clone(),
     }
 }
 
@@ -213,6 +245,7 @@ mod tests {
         Options {
             size: Size::Longest(200),
             samples: 1,
+            whole: true,
             transparent: true,
             view: View::named("front").unwrap(),
             ..Options::new(Bounds::from_sides(&vec![(-1.0, 1.0); dimension]).unwrap())

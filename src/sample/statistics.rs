@@ -267,7 +267,7 @@ impl Creased {
         Creased {
             points: 0,
             corners: creases.corners.len() as u64,
-            length: creases.arcs.iter().map(|arc| arc.length).sum(),
+            length: creases.arcs.iter().fold(0.0, |sum, arc| sum + arc.length),
             undecided: creases.report.undecided,
         }
     }

@@ -396,3 +396,55 @@ fn the_command_writes_the_same_bytes_for_any_number_of_threads() {
     let done = imp("1", &["sample", "ball.imp", "none", "--json"]);
     assert_eq!(done.status.code(), Some(4));
 }
+
+#[test]
+fn arcs_between_corners_are_filled() {
+    // Eight corners, at which four chords of the circle of radius 0.9 meet four short arcs of it.
+    let text = "field f(x, y) = max(abs(x) + abs(y) - 1, norm([x, y]) - 0.9)";
+    let field = &crate::trace::compiled(text)[0];
+    for (count, method) in [
+        (200, Method::Floaters),
+        (1000, Method::Floaters),
+        (200, Method::Relax),
+        (1000, Method::Relax),
+    ] {
+        let options = Options {
+            count: Some(count),
+            bounds: Some(cube(2, 3.0)),
+            method,
+            ..Options::default()
+        };
+        let outcome = run(field, &options);
+        // The polygon of the points is as long as the curve only if they are all around it.
+        let mut points = outcome.samples.positions.clone();
+        points.sort_by(|one, other| one.y.atan2(one.x).total_cmp(&other.y.atan2(other.x)));
+        let steps = (0..points.len()).map(|place| {
+            let next = points[(place + 1) % points.len()];
+            points[place].distance(next)
+        });
+        let longest = steps.fold(0.0, f64::max);
+        assert!(
+            longest < 2.2 * 5.4 / count as f64,
+            "{count} {method:?} {longest}"
+        );
+    }
+}
+
+#[test]
+fn edges_in_the_planes_of_symmetry_are_found() {
+    let text = "field f(p in R3) = abs(p.x) + abs(p.y) + abs(p.z) - 1";
+    let field = &crate::trace::compiled(text)[0];
+    let options = Options {
+        count: Some(600),
+        bounds: Some(cube(3, 1.2)),
+        ..Options::default()
+    };
+    let outcome = run(field, &options);
+    let creases = outcome.statistics.creases.unwrap();
+    assert_eq!(creases.corners, 6);
+    assert!((creases.length - 12.0 * 2.0_f64.sqrt()).abs() < 1e-9);
+    let positions = outcome.samples.positions.iter();
+    let on_edges = positions.filter(|p| p.abs().min_element() < 1e-9).count();
+    assert_eq!(on_edges as u64, creases.points);
+    assert!(on_edges > 100, "{on_edges}");
+}

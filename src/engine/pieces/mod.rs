@@ -28,6 +28,9 @@ use super::{CompiledField, Field, Monitor, Program};
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Graph, Node, NodeId};
 
+/// Cells are enclosed with so much of their sides around them.
+const BEYOND: f64 = 1e-6;
+
 /// Cells whose choices are too many are given up after so many more halvings.
 const DEEPER: u32 = 4;
 
@@ -269,6 +272,14 @@ impl Search {
         }
     }
 
+    /// The corners of a cell and a little beyond: of choices that change just where cells meet, as in
+    /// the planes of symmetry of a box around the origin, both sides are then seen.
+    fn around(&self, depth: u32, index: [u32; 3]) -> (DVec3, DVec3) {
+        let (low, high) = self.corners(depth, index);
+        let margin = BEYOND * (high - low);
+        (low - margin, high + margin)
+    }
+
     /// The corners of a cell. Neighbours have the coordinates of their faces in common.
     fn corners(&self, depth: u32, index: [u32; 3]) -> (DVec3, DVec3) {
         let cells = f64::from(1_u32 << depth);
@@ -289,7 +300,7 @@ impl Search {
 
     /// The field in a cell, if it may vanish there and choices are open.
     fn judge(&self, open: &Open, depth: u32) -> Option<Judged> {
-        let (low, high) = self.corners(depth, open.index);
+        let (low, high) = self.around(depth, open.index);
         let mut steps = open.steps.clone();
         let mut enclosures = steps::bound(&steps, low, high);
         if !enclosures.last()?.range.contains(0.0) {
@@ -310,6 +321,7 @@ impl Search {
     /// Notes which pieces meet in a cell; false if it should be split first.
     fn settle(&mut self, cell: &Judged, depth: u32, is_last: bool) -> bool {
         let (low, high) = self.corners(depth, cell.index);
+        let around = self.around(depth, cell.index);
         let choices = cell.steps.iter().filter(|step| step.choice().is_some());
         let found = match choices.count() <= MOST_CHOICES {
             true => pattern::patterns(&mut self.graph, &cell.steps, &cell.enclosures),
@@ -326,7 +338,8 @@ impl Search {
         numbers.dedup();
         for number in numbers {
             let steps = &self.pieces[number as usize].steps;
-            let enclosures = steps::bound(steps, low, high);
+            let (around_low, around_high) = around;
+            let enclosures = steps::bound(steps, around_low, around_high);
             let Some(last) = enclosures.last() else {
                 continue;
             };

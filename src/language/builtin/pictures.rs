@@ -76,7 +76,7 @@ fn of_field(session: &mut Session, arguments: &Arguments) -> Outcome<(Picture, u
 
 /// A picture of samples.
 fn of_samples(session: &mut Session, arguments: &Arguments, samples: &Samples) -> Outcome<Picture> {
-    for name in ["style", "step", "whole"] {
+    for name in ["style", "step"] {
         if arguments.given(name).is_some() {
             let message = format!("`{name}` is for pictures of fields, not of samples");
             return Err(arguments.bad(name, message));

@@ -66,6 +66,9 @@ impl Gap {
 /// radius from each.
 const COINCIDENT_WITH_FIXED: f64 = 1.1;
 
+/// From a crease the way to the sides is longer, because they are inclined.
+const OFF_CREASE: f64 = 1.4;
+
 /// Cosine and sine of twelve directions.
 const DIRECTIONS: [(f64, f64); 12] = {
     const H: f64 = HEXAGON;
@@ -345,9 +348,10 @@ impl Population<'_> {
         };
         let mut best = None;
         let mut most = gap.room() * own.radius;
+        let reach = gap.distance() * if own.is_fixed { OFF_CREASE } else { 1.0 };
         for (cosine, sine) in DIRECTIONS {
             let direction = cosine * one + sine * other;
-            let away = gap.distance() * own.radius * direction;
+            let away = reach * own.radius * direction;
             let place = (own.position + away).clamp(self.bounds.min, self.bounds.max);
             let room = self.room(index, place);
             if room > most {

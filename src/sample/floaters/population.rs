@@ -310,13 +310,16 @@ impl<'a> Population<'a> {
         let places: Vec<DVec3> = points.iter().map(|point| point.position).collect();
         let there = self.evaluate(&places);
         self.floaters.retain(|floater| !floater.is_fixed);
-        for (position, here) in places.into_iter().zip(there) {
+        for (point, here) in points.iter().zip(there) {
+            let position = point.position;
             let weight = weight(position);
-            self.floaters.push(Floater {
-                weight,
-                is_fixed: true,
-                ..Floater::at_rest(Point { position, here }, 0.5 * spacing * weight)
-            });
+            let mut floater = Floater::at_rest(Point { position, here }, 0.5 * spacing * weight);
+            // Between those of its sides, so that the tangent plane leads to all of them.
+            let between = point.normals.iter().sum::<DVec3>();
+            floater.normal = between.try_normalize().unwrap_or(floater.normal);
+            floater.weight = weight;
+            floater.is_fixed = true;
+            self.floaters.push(floater);
         }
         self.changed();
     }

@@ -74,6 +74,7 @@ impl Population<'_> {
     /// The middles between neighbours on one sheet, the nearest pairs first.
     fn middles(&self) -> Vec<Middle> {
         let mut middles = Vec::with_capacity(4 * self.floaters.len());
+        let in_space = self.bounds.dimension == 3;
         for (index, own) in self.floaters.iter().enumerate() {
             let later = self.neighbours.of(index).iter();
             for &other in later.filter(|&&other| other as usize > index) {
@@ -81,8 +82,9 @@ impl Population<'_> {
                 let distance = own.position.distance(with.position);
                 let relative = distance / (0.5 * (own.radius + with.radius));
                 let same_sheet = own.is_fixed || with.is_fixed || own.normal.dot(with.normal) > 0.0;
-                // The middle between two on creases is on the crease, or off the surface.
-                if relative < FARTHEST && same_sheet && !(own.is_fixed && with.is_fixed) {
+                // In space the middle between two on creases is on the crease, or off the surface.
+                let on_crease = in_space && own.is_fixed && with.is_fixed;
+                if relative < FARTHEST && same_sheet && !on_crease {
                     middles.push(Middle {
                         parents: [index as u32, other],
                         place: own.position.midpoint(with.position),

@@ -218,6 +218,7 @@ impl Run<'_> {
         number = number.round().max(1.0);
         self.start(number)?;
         self.steps("settle", FIRST_STEPS, &SPREADING)?;
+        self.repair()?;
         for _ in 0..generations {
             self.births += self.population.refine() as u64;
             number *= factor;
@@ -291,6 +292,7 @@ impl Run<'_> {
         };
         let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
         self.settle()?;
+        self.repair()?;
         let mut number = first;
         for _ in 0..generations {
             number *= 2.0;
@@ -299,6 +301,7 @@ impl Run<'_> {
             self.population.level(radius);
             self.pin(number)?;
             self.settle()?;
+            self.repair()?;
         }
         Ok(())
     }
