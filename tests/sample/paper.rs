@@ -98,4 +98,9 @@ fn parameters_decide_and_are_checked() {
     options.iteration_limit = 5;
     let outcome = sample(&torus(), &options, &Silent).unwrap();
     assert!(!outcome.statistics.converged && outcome.statistics.iterations == 5);
+    // Nor where floaters that are too large find no place to split: on a cube.
+    let cube = &compiled("field f(x, y, z) = max(abs(x), abs(y), abs(z)) - 1")[0];
+    let outcome = sample(cube, &exact(0.1, vec![DVec3::new(1.0, 0.1, 0.2)]), &Silent).unwrap();
+    let few = outcome.samples.positions.len() < 400;
+    assert!(!(few && outcome.statistics.converged));
 }

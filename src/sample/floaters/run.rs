@@ -33,6 +33,9 @@ const POPULATE_LIMIT: u32 = 80;
 const QUIET: (usize, f64) = (5, 0.02);
 const QUIET_TO_THE_END: (usize, f64) = (40, 0.005);
 
+/// Radii end below σ̂, by the paper's rules, or a little above.
+const TOO_LARGE: f64 = 1.2;
+
 /// The first generation has at least so many floaters, and Turk's about so many.
 const FIRST_GENERATION: f64 = 200.0;
 const FIRST_OF_TURK: f64 = 100.0;
@@ -199,8 +202,12 @@ impl Run<'_> {
         }
         self.population.changed();
         let target = Target { desired, largest };
-        let quiet = self.populate(target, self.options.iteration_limit, QUIET_TO_THE_END)?;
-        Ok(quiet)
+        let is_quiet = self.populate(target, self.options.iteration_limit, QUIET_TO_THE_END)?;
+        // Who is too large should have split, but found no place, as at sharp edges.
+        let floaters = &self.population.floaters;
+        let too_large = |floater: &&Floater| floater.radius > TOO_LARGE * desired * floater.weight;
+        let stuck = floaters.iter().filter(too_large).count();
+        Ok(is_quiet && stuck as f64 <= QUIET.1 * floaters.len() as f64)
     }
 
     /// From a first generation in good order to the final number: middles between neighbours become
