@@ -169,13 +169,18 @@ impl<'text> Writer<'text> {
     pub(super) fn comments_between(&mut self, documented: bool, first: bool) -> bool {
         let mut first = first;
         let mut detached = false;
+        let mut joins = false;
         while self.has_comment_before_word() {
             let comment = self.comments[self.comment];
-            let blank = !first && self.is_blank_before(comment.start as usize);
+            let start = comment.start as usize;
+            let line = self.text[..start].rsplit('\n').next().unwrap_or("");
+            let behind_word = !line.trim().is_empty();
+            let blank = !first && (joins || self.is_blank_before(start));
             self.document.end_line(blank);
             self.comments_one(comment);
-            // A comment that only looks like documentation must not become it.
-            detached = self.slice(comment).starts_with("##") && !documented;
+            // A comment that only looks like documentation must not become it, nor a part of it.
+            joins = behind_word && self.slice(comment).starts_with("##");
+            detached = joins || (self.slice(comment).starts_with("##") && !documented);
             first = false;
         }
         !first && (detached || self.is_blank_before(self.next_start()))

@@ -219,6 +219,10 @@ fn what_is_not_a_doc_comment_does_not_become_one() {
     check_pairs(&[
         ("## a\n;let b = 1\n", "## a\n\nlet b = 1\n"),
         ("## a\n\nlet b = 1\n", "## a\n\nlet b = 1\n"),
+        (
+            "let a = 1\n# x\n;## y\n## z\nlet b = 2\n",
+            "let a = 1\n# x\n## y\n\n## z\nlet b = 2\n",
+        ),
     ]);
 }
 
