@@ -104,3 +104,18 @@ fn parameters_decide_and_are_checked() {
     let few = outcome.samples.positions.len() < 400;
     assert!(!(few && outcome.statistics.converged));
 }
+
+#[test]
+fn one_seed_fills_a_curve() {
+    let circle = &compiled("field f(x, y) = norm([x, y]) - 1")[0];
+    let options = Options {
+        bounds: Some(cube(2, 2.0)),
+        ..exact(0.005, vec![DVec3::new(1.0, 0.0, 0.0)])
+    };
+    let outcome = sample(circle, &options, &Silent).unwrap();
+    let statistics = &outcome.statistics;
+    assert!(statistics.converged, "{statistics:?}");
+    // Neighbours are one to two and a half radii apart all around.
+    let number = outcome.samples.positions.len() as f64;
+    assert!(number > TAU / 0.0125 && number < TAU / 0.005, "{number}");
+}

@@ -202,12 +202,21 @@ impl Run<'_> {
         }
         self.population.changed();
         let target = Target { desired, largest };
-        let is_quiet = self.populate(target, self.options.iteration_limit, QUIET_TO_THE_END)?;
-        // Who is too large should have split, but found no place, as at sharp edges.
-        let floaters = &self.population.floaters;
-        let too_large = |floater: &&Floater| floater.radius > TOO_LARGE * desired * floater.weight;
-        let stuck = floaters.iter().filter(too_large).count();
-        Ok(is_quiet && stuck as f64 <= QUIET.1 * floaters.len() as f64)
+        let limit = self.options.iteration_limit;
+        loop {
+            let left = limit.saturating_sub(self.population.tally.iterations);
+            let is_quiet = self.populate(target, left, QUIET_TO_THE_END)?;
+            // Who is too large is still growing, or should have split, but found no place, as at
+            // sharp edges.
+            let floaters = &self.population.floaters;
+            let too_large =
+                |floater: &&Floater| floater.radius > TOO_LARGE * desired * floater.weight;
+            let growing = floaters.iter().filter(too_large).count();
+            let is_done = growing as f64 <= QUIET.1 * floaters.len() as f64;
+            if is_done || !is_quiet {
+                return Ok(is_quiet);
+            }
+        }
     }
 
     /// From a first generation in good order to the final number: middles between neighbours become
