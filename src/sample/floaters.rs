@@ -90,6 +90,8 @@ pub(super) fn floaters(
         options,
         births: 0,
         deaths: 0,
+        pieces: None,
+        surveyed: None,
     };
     let settled = run.run(&seeds)?;
     let (samples, dropped) = finish(&mut run.population, options);
@@ -113,6 +115,7 @@ pub(super) fn floaters(
         converged: settled && located.settled && dropped.total() == 0,
         births: Some(run.births),
         deaths: Some(run.deaths),
+        pieces: run.pieces,
         searches: located.rounds,
         settled: located.settled,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
