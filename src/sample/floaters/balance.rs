@@ -340,7 +340,7 @@ impl Population<'_> {
             if let Some(point) = point
                 && self.bounds.contains(point.position)
                 && point.here.normal().dot(own.normal) > 0.0
-                && self.room(parent, point.position) >= gap.room * own.radius
+                && self.room(parent, point.position, gap) >= gap.room * own.radius
             {
                 let newborn = Floater::at_rest(point, own.radius);
                 let weight = own.weight;
@@ -377,7 +377,7 @@ impl Population<'_> {
             let direction = cosine * one + sine * other;
             let away = reach * own.radius * direction;
             let place = (own.position + away).clamp(self.bounds.min, self.bounds.max);
-            let room = self.room(index, place);
+            let room = self.room(index, place, gap);
             if room > most {
                 most = room;
                 best = Some(place);
@@ -386,13 +386,18 @@ impl Population<'_> {
         best
     }
 
-    /// The distance from a place to a floater and its neighbours on the same sheet.
-    fn room(&self, index: usize, place: DVec3) -> f64 {
+    /// The distance from a place to a floater and its neighbours on the same sheet; fixed ones, which
+    /// would swallow who is near, count as nearer.
+    fn room(&self, index: usize, place: DVec3, gap: Gap) -> f64 {
         let own = &self.floaters[index];
         let others = self.neighbours.of(index).iter();
         let others = others.map(|&other| &self.floaters[other as usize]);
         let same_side = others.filter(|other| other.is_fixed || other.normal.dot(own.normal) > 0.0);
-        let distances = same_side.map(|other| other.position.distance(place));
-        distances.fold(own.position.distance(place), f64::min)
+        let with_fixed = gap.room / gap.room.max(COINCIDENT_WITH_FIXED);
+        let distance = |other: &Floater| {
+            let factor = if other.is_fixed { with_fixed } else { 1.0 };
+            factor * other.position.distance(place)
+        };
+        same_side.map(distance).fold(distance(own), f64::min)
     }
 }
