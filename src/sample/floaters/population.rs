@@ -56,7 +56,7 @@ const CREASE_MEMORY: u32 = 100;
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
 const SKIN: f64 = 0.25;
 
-/// Floaters nearer than so many radii are on the same piece of the surface.
+/// Floaters nearer than so many radii are on the same piece of the surface, unless one is on the back.
 const CONNECTED: f64 = 4.0;
 
 /// The widest and the mean spacing differ by no more than this factor, nor do the mean and the
@@ -404,7 +404,7 @@ impl<'a> Population<'a> {
                 open.extend(near.filter(|&other| {
                     let other = &self.floaters[other];
                     other.position.distance(own.position) < CONNECTED * own.radius
-                        && other.normal.dot(own.normal) > 0.0
+                        && other.normal.dot(own.normal) > BACK
                 }));
             }
         }
@@ -498,10 +498,14 @@ impl<'a> Population<'a> {
         evaluations
     }
 
-    /// Brings floaters onto the surface without moving them along it. Those in a side of the box
-    /// stay in it.
-    pub(super) fn land(&mut self) {
+    /// Brings floaters onto the surface without moving them along it, until all are within the
+    /// tolerance or it takes too long. Those in a side of the box stay in it.
+    pub(super) fn land(&mut self, tolerance: f64) {
         for _ in 0..LANDING_STEPS {
+            let is_off = |floater: &Floater| floater.here.distance() > tolerance;
+            if !self.floaters.iter().any(is_off) {
+                break;
+            }
             let bounds = self.bounds;
             let places: Vec<DVec3> = self
                 .floaters

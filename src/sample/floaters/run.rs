@@ -20,7 +20,7 @@ const COARSE: (f64, f64) = (1.0 / 30.0, 1.0 / 100.0);
 const PAPER_RADIUS: f64 = 0.6;
 
 /// σ^max / σ̂ where there are many floaters from the beginning.
-const LARGEST: f64 = 1.5;
+pub(super) const LARGEST: f64 = 1.5;
 
 /// The population may grow to so many times what the area asks for.
 const SPARE_CAPACITY: f64 = 2.0;
