@@ -374,7 +374,8 @@ impl Simulation {
         positions.into_iter().step_by(stride).collect()
     }
 
-    fn frame(&self) -> Frame {
+    /// How it is now.
+    pub fn frame(&self) -> Frame {
         Frame {
             time: self.time,
             samples: self.followers.samples(),
