@@ -185,7 +185,14 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         });
         return Err(error);
     }
-    warn_about_points(session, arguments, &outcome.samples, options.spacing);
+    let vanishing = statistics.lines.map_or(0, |lines| lines.vanishing);
+    warn_about_points(
+        session,
+        arguments,
+        &outcome.samples,
+        options.spacing,
+        vanishing,
+    );
     warn_about_samples(session, arguments, &statistics);
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
@@ -424,22 +431,32 @@ fn warn_about_samples(
 /// At so many of its points, as a part, the gradient of a surface does not vanish by chance.
 const OFTEN: f64 = 0.01;
 
-/// Warns where the zero set has no gradient, so that it is no surface, and where the points are next
-/// to none because they are too far apart.
+/// Warns where the zero set has no gradient, or fills so many stretches of lines, so that it is no
+/// surface, and where the points are next to none because they are too far apart.
 fn warn_about_points(
     session: &mut Session,
     arguments: &Arguments,
     samples: &Samples,
     spacing: Option<f64>,
+    stretches: u64,
 ) {
     let number = samples.positions.len();
     let vanishing = samples.normals.iter().filter(|&&n| n == DVec3::ZERO);
     let vanishing = vanishing.count();
-    if vanishing as f64 > OFTEN * number as f64 {
-        let message = format!(
+    let message = if stretches as f64 > OFTEN * number as f64 {
+        Some(format!(
+            "on {stretches} stretches of lines the field is 0 all along: where that is so on a whole \
+             region, there is no surface, and it has no area"
+        ))
+    } else if vanishing as f64 > OFTEN * number as f64 {
+        Some(format!(
             "the gradient vanishes at {vanishing} of {number} points: the field is 0 on a whole \
              region there, or does not change its sign, and the points have no normals"
-        );
+        ))
+    } else {
+        None
+    };
+    if let Some(message) = message {
         let warning = Diagnostic::warning(Code::SingularPoints, message)
             .label(arguments.place("f"), "this field")
             .help("a solid is sampled on its surface if the field is negative inside");
@@ -472,7 +489,10 @@ fn warn_about_missed(
     let of_cells = statistics
         .proof
         .filter(|proof| proof.left > 0 && proof.largest_left > TINY * statistics.bounds.diagonal());
-    let of_curves = statistics.curves.as_ref().filter(|curves| !curves.proven);
+    let of_curves = statistics
+        .curves
+        .as_ref()
+        .filter(|curves| curves.undecided > curves.undecided_at_singular);
     let message = match (of_cells, of_curves) {
         (Some(proof), _) => format!(
             "components may be missed: nothing could be proven of {} cells of the box, the largest \
@@ -482,8 +502,9 @@ fn warn_about_missed(
         ),
         (None, Some(curves)) => format!(
             "components may be missed: it could not be proven that the curve has no others, because \
-             {} tiny cells of the box are left undecided",
-            curves.undecided
+             {} cells of the box, the largest {:.2e} across, are left undecided",
+            curves.undecided - curves.undecided_at_singular,
+            curves.largest_undecided
         ),
         (None, None) => return,
     };
