@@ -188,6 +188,8 @@ pub struct CurveStatistics {
     pub corners: u64,
     /// Ends inside the box: the field is undefined beyond, or branches meet there.
     pub ends: u64,
+    /// Walks along the curve that were given up, because they took too many steps.
+    pub unfinished: u64,
     /// Steps of which it is not proven that both ends are on the same branch: those near singular
     /// points and, for fields that are not compiled, all.
     pub unproven_steps: u64,

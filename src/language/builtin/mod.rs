@@ -12,6 +12,7 @@ mod geometry;
 mod inspection;
 mod lists;
 mod mathematics;
+mod methods;
 mod pictures;
 mod samples;
 mod script;

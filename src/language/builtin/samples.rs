@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::extent::found_bounds;
 use super::surfaces::{field_argument, located_argument};
-use super::{Arguments, Builtin, action};
+use super::{Arguments, Builtin, action, methods};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
 use crate::geometry::{Bounds, Samples};
@@ -83,6 +83,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             arguments.bad("method", message)
         })?,
     };
+    methods::check(arguments, method)?;
     let bounds = match (given, method) {
         (Some(bounds), _) => Some(bounds),
         (None, Method::Kinematic | Method::Dynamic) => None,
@@ -94,7 +95,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let mut options = sample::Options {
         method,
         bounds,
-        count: arguments.count(session, "count")?,
+        count: number_of_points(session, arguments)?,
         count_limit: session.limits.particles,
         ..sample::Options::default()
     };
@@ -110,6 +111,17 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     }
     if let Some(seeds) = arguments.plain(session, "seeds")? {
         options.seeds = points_of(&seeds, field.dimension()).ok_or_else(|| {
+            if let Value::List(points) = &seeds
+                && let Some(length) = points
+                    .iter()
+                    .find_map(|point| other_length(point, field.dimension()))
+            {
+                let dimension = field.dimension();
+                let message = format!(
+                    "`seeds` must be points of {dimension} numbers, but one of them has {length}"
+                );
+                return arguments.bad("seeds", message);
+            }
             let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
             arguments.expected(expected, "seeds", &seeds)
         })?;
@@ -135,10 +147,19 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         }
     }
     if let Some(direction) = arguments.plain(session, "direction")? {
-        let vector = vector_of(&direction, field.dimension());
-        let expected = "a vector, as in `[0, 0, 1]`";
-        options.direction =
-            Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
+        let dimension = field.dimension();
+        let vector = vector_of(&direction, dimension).ok_or_else(|| {
+            match other_length(&direction, dimension) {
+                Some(length) => {
+                    let message = format!(
+                        "`direction` must be a vector of {dimension} numbers, but this has {length}"
+                    );
+                    arguments.bad("direction", message)
+                }
+                None => arguments.expected("a vector, as in `[0, 0, 1]`", "direction", &direction),
+            }
+        })?;
+        options.direction = Some(vector);
     }
     let density = density(session, arguments, field.dimension())?;
     let monitor = session.monitor();
@@ -194,8 +215,41 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         vanishing,
     );
     warn_about_samples(session, arguments, &statistics);
+    if method == Method::Trace {
+        warn_about_trace(session, arguments, &statistics, options.count);
+    }
     let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
     Ok(Value::Samples(Rc::new(set)))
+}
+
+/// How many points are asked for, if that is said: what is above the limit is refused by the sampler.
+fn number_of_points(session: &mut Session, arguments: &Arguments) -> Outcome<Option<u64>> {
+    /// Beyond it neighbouring whole numbers are no longer told apart.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match arguments.number(session, "count")? {
+        None => Ok(None),
+        Some(number) if (1.0..=EXACT).contains(&number) && number.floor() == number => {
+            Ok(Some(number as u64))
+        }
+        Some(number) => {
+            let limit = session.limits.particles;
+            let message =
+                format!("`count` must be a whole number from 1 to {limit}, but it is {number:?}");
+            Err(arguments.bad("count", message))
+        }
+    }
+}
+
+/// The length of a list of numbers that is no vector of so many.
+fn other_length(value: &Value, dimension: usize) -> Option<usize> {
+    let Value::List(components) = value else {
+        return None;
+    };
+    let mut numbers = components
+        .iter()
+        .map(|component| matches!(component, Value::Number(_)));
+    let length = numbers.len();
+    (length != dimension && numbers.all(|number| number)).then_some(length)
 }
 
 /// The vector that a list of numbers stands for.
@@ -346,13 +400,24 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
         SampleError::Option { option, .. } => {
             failure(Code::BadValue, message).at(arguments.place(option), "this value")
         }
-        SampleError::TooMany { .. } => {
+        SampleError::TooMany { count, limit } => {
             let asked = ["count", "spacing"];
             let asked = asked
                 .into_iter()
                 .find(|name| arguments.given(name).is_some());
-            let place = arguments.place(asked.unwrap_or("count"));
-            let mut failure = failure(Code::ParticleLimit, message).at(place, "this many");
+            let Some(asked) = asked else {
+                let message = format!(
+                    "{count} points, which there are without `count` and `spacing`, are too many (the \
+                     limit is {limit})"
+                );
+                let mut failure = failure(Code::ParticleLimit, message).at(arguments.span, "here");
+                failure.help = Some(format!(
+                    "give a `count` of at most {limit}, or raise the limit with `--limit particles=N`"
+                ));
+                return failure;
+            };
+            let mut failure =
+                failure(Code::ParticleLimit, message).at(arguments.place(asked), "this many");
             failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
             failure
         }
@@ -511,6 +576,42 @@ fn warn_about_missed(
     let warning = Diagnostic::warning(Code::MaybeMissed, message)
         .label(arguments.span, "sampled here")
         .help("give `bounds` that are closer to the surface, or `seeds` on the component that is missing");
+    session.host.warn(warning);
+}
+
+/// Warns where continuation did not come to its end, or gives another number of points than was asked
+/// for. The points of a front, of which a surface gets about as many as are wanted, may be off by a
+/// hundredth.
+fn warn_about_trace(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &sample::Statistics,
+    asked: Option<u64>,
+) {
+    let points = statistics.points;
+    let message = match (&statistics.curves, asked) {
+        (Some(curves), _) if curves.unfinished > 0 => format!(
+            "{} walks along the curve were given up, because it turns too often or is singular all \
+             along: not all of it has points",
+            curves.unfinished
+        ),
+        (Some(curves), Some(asked)) if asked != points => format!(
+            "there are {points} points, not {asked}, on the {} components of the curve: each has one \
+             at least",
+            curves.components.len()
+        ),
+        (None, Some(asked)) if !statistics.converged => format!(
+            "there are {points} points, not {asked}: no spacing of the front that was tried gives \
+             that number"
+        ),
+        (None, None) if !statistics.converged => format!(
+            "there are {points} points: no spacing of the front that was tried gives the usual number"
+        ),
+        _ => return,
+    };
+    let warning = Diagnostic::warning(Code::DroppedPoints, message)
+        .label(arguments.span, "sampled here")
+        .help("give a `spacing`, or `bounds` of the part that is wanted");
     session.host.warn(warning);
 }
 

@@ -119,6 +119,7 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
             crossings: events.crossings.len() as u64,
             corners: events.corners.len() as u64,
             ends: events.ends.len() as u64,
+            unfinished: events.unfinished,
             unproven_steps: events.unproven,
             undecided: traced.undecided,
             undecided_at_singular: traced.undecided_at_singular,
