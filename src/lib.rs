@@ -26,6 +26,8 @@ pub mod geometry;
 
 pub mod sample;
 
+pub mod motion;
+
 pub mod polygonize;
 
 pub mod inspect;

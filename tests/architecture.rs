@@ -12,6 +12,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("engine", &["graph", "math"]),
     ("geometry", &[]),
     ("sample", &["engine", "geometry", "graph", "math"]),
+    ("motion", &["sample", "engine", "geometry", "math"]),
     ("polygonize", &["engine", "geometry"]),
     ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
@@ -26,6 +27,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "engine",
             "geometry",
             "sample",
+            "motion",
             "polygonize",
             "inspect",
             "picture",
@@ -44,6 +46,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "engine",
             "geometry",
             "sample",
+            "motion",
             "polygonize",
             "inspect",
             "picture",
@@ -73,6 +76,7 @@ const KEPT: &[(&str, &str)] = &[
     ("ttf_parser", "file"),
     ("similar", "shell"),
     ("notify", "shell"),
+    ("nalgebra", "motion"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {
