@@ -87,6 +87,24 @@ pub(super) fn polish(
     wanted: &Polish,
     points: impl Iterator<Item = Point>,
 ) -> (Vec<Option<Point>>, u64) {
+    run(field, wanted, points, 0)
+}
+
+/// The same for points that are to stay where they are put: each goes on to the limit of rounding.
+pub(super) fn polish_to_rounding(
+    field: &dyn Field,
+    wanted: &Polish,
+    points: impl Iterator<Item = Point>,
+) -> (Vec<Option<Point>>, u64) {
+    run(field, wanted, points, REFINEMENTS)
+}
+
+fn run(
+    field: &dyn Field,
+    wanted: &Polish,
+    points: impl Iterator<Item = Point>,
+    refinements: u32,
+) -> (Vec<Option<Point>>, u64) {
     let mut walkers: Vec<Walker> = points.enumerate().map(Walker::new).collect();
     let mut polished = vec![None; walkers.len()];
     let mut batch = Batch::default();
@@ -95,7 +113,7 @@ pub(super) fn polish(
         walkers.retain_mut(|walker| {
             let best = &mut polished[walker.place];
             let goes_on = if walker.has_arrived(wanted) {
-                walker.refine(wanted, best)
+                walker.refine(wanted, best, refinements)
             } else {
                 best.is_none()
             };
@@ -137,7 +155,7 @@ impl Walker {
 
     /// Keeps a point within the tolerance if it is better than the best one so far by half; then
     /// it may become better still.
-    fn refine(&mut self, wanted: &Polish, best: &mut Option<Point>) -> bool {
+    fn refine(&mut self, wanted: &Polish, best: &mut Option<Point>, refinements: u32) -> bool {
         let residual = self.point.here.distance();
         let known = best.map_or(f64::INFINITY, |best| best.here.distance());
         let improves = residual <= 0.5 * known;
@@ -146,7 +164,7 @@ impl Walker {
         }
         self.refined += 1;
         let scale = wanted.diagonal + self.point.position.abs().max_element();
-        improves && self.refined <= REFINEMENTS && residual > FLOOR * scale
+        improves && self.refined <= refinements && residual > FLOOR * scale
     }
 
     fn can_go_on(&self, wanted: &Polish) -> bool {

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 
 use super::evaluation::Batch;
 use super::floaters::balance::spacing_for;
-use super::newton::{Point, Polish, polish};
+use super::newton::{Point, Polish, polish_to_rounding};
 use super::rays::Harvest;
 use super::{Options, Outcome, SampleError, samples};
 use crate::engine::{Field, Monitor};
@@ -158,7 +158,7 @@ fn on_surface(
                 .map(|(&position, here)| Point { position, here })
                 .filter(|point| point.here.is_defined())
                 .collect();
-            let (points, evaluations) = polish(field, &wanted, starts.into_iter());
+            let (points, evaluations) = polish_to_rounding(field, &wanted, starts.into_iter());
             let inside = |point: &Point| bounds.contains(point.position);
             let points = points.into_iter().flatten().filter(inside).collect();
             (points, evaluations + places.len() as u64)
