@@ -51,8 +51,8 @@ impl Normal {
             scales: vec![0.0; free.len()],
             squares: 0.0,
         };
-        for point in 0..rows.count() {
-            let residual = weights[point] * rows.values[point];
+        for (point, (weight, value)) in weights.iter().zip(&rows.values).enumerate() {
+            let residual = weight * value;
             normal.squares += residual * residual;
             for (own, entry) in own_row(point) {
                 normal.scales[own as usize] += entry * entry;
