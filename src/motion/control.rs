@@ -21,7 +21,7 @@ use crate::engine::{CompiledField, Field};
 const VIOLATION: f64 = 1e-6;
 
 /// A prediction is trusted while F differs from it by at most this part of the motions that it adds up.
-const TRUST: f64 = 0.5;
+const TRUST: f64 = 0.25;
 
 /// The shortest part of a step that is tried, and the smallest damping of a correction.
 const SHORTEST: f64 = 1.0 / 64.0;

@@ -429,18 +429,24 @@ fn a_surface_comes_to_rest_at_its_rest_shape() {
 /// A drag of a number of steps around and about; the largest residual, the least squares that were needed, and
 /// the end.
 fn drag(count: usize, steps: usize) -> (f64, usize, Advance) {
+    let points = on_surface(&blobs(), count, 1.2, &mut Random(31));
+    let phases: Vec<usize> = (0..count).collect();
+    drag_points(points, &phases, steps)
+}
+
+/// The same for these points, of which those with the same phase move alike.
+fn drag_points(mut points: Vec<DVec3>, phases: &[usize], steps: usize) -> (f64, usize, Advance) {
     let mut field = blobs();
     let parameters = field.parameters().len();
     let control = Control::new(parameters, 1e-10);
-    let mut points = on_surface(&field, count, 1.2, &mut Random(31));
     let (mut largest, mut singular) = (0.0_f64, 0);
     let mut last = None;
     for step in 0..steps {
         let phase = 0.02 * step as f64;
         let pins: Vec<Pin> = points
             .iter()
-            .enumerate()
-            .map(|(index, &point)| {
+            .zip(phases)
+            .map(|(&point, &index)| {
                 let angle = phase + 2.0 * index as f64;
                 let velocity = DVec3::new(angle.cos(), (1.3 * angle).sin(), (0.7 * angle).cos());
                 pin(point, 0.25 * velocity)
@@ -466,6 +472,47 @@ fn a_drag_of_a_thousand_steps_stays_on_its_pins() {
         assert_eq!(singular, 0, "{count}");
         assert!(end.q.iter().all(|q| q.abs() < 100.0), "{:?}", end.q);
     }
+}
+
+#[test]
+fn a_repeated_pin_can_be_dragged() {
+    let points = on_surface(&blobs(), 2, 1.2, &mut Random(31));
+    let twice = vec![points[0], points[0], points[1]];
+    let (largest, singular, end) = drag_points(twice, &[0, 0, 1], 300);
+    assert!(largest <= 1e-10, "{largest:e}");
+    // All of them, and two constraints are independent.
+    assert_eq!((singular, end.rank), (300, 2));
+}
+
+#[test]
+fn a_sphere_that_twenty_pins_drag_moves_with_them() {
+    // Over-determined and consistent: a translation, and twice the size by the end.
+    let (mut field, _) = ball();
+    let centre = DVec3::new(1.0, 2.0, 3.0);
+    let control = Control::new(4, 1e-12);
+    let random = &mut Random(41);
+    let mut number = || random.uniform(-1.0, 1.0);
+    let directions: Vec<DVec3> = (0..20)
+        .map(|_| DVec3::new(number(), number(), number()).normalize())
+        .collect();
+    for step in 0..100 {
+        let [here, there] = [step, step + 1].map(|step| 0.01 * f64::from(step));
+        let place = |time: f64, direction: DVec3| {
+            centre + time * DVec3::new(2.0, -1.0, 0.5) + 0.5 * (1.0 + time) * direction
+        };
+        let pins: Vec<Pin> = directions
+            .iter()
+            .map(|&direction| {
+                let from = place(here, direction);
+                pin(from, (place(there, direction) - from) / 0.1)
+            })
+            .collect();
+        let made = advance(&field, &pins, &[0.0; 4], &control, 0.1).unwrap();
+        assert!(made.pins.iter().all(|pin| pin.state == PinState::Followed));
+        assert_eq!((made.solver, made.rank), (Solver::LeastSquares, 4));
+        field = at(&field, &made.q);
+    }
+    assert_near(field.parameters(), &[3.0, 1.0, 3.5, 1.0], 1e-10);
 }
 
 #[test]
