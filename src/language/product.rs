@@ -182,6 +182,9 @@ const SAMPLES: &[Property<SampleSet>] = &[
         let deaths = set.statistics.as_ref()?.deaths?;
         number(deaths as f64)
     }),
+    shown("pieces", |set| {
+        number(set.statistics.as_ref()?.pieces? as f64)
+    }),
     shown("energy", |set| number(set.statistics.as_ref()?.energy?)),
     shown("converged", |set| {
         set.statistics

@@ -18,6 +18,8 @@
 //!    "to guarantee strong repulsion" (section 4.3).
 //! 6. Newton's polish puts every floater on F = 0 to the tolerance.
 //!
+//! Floaters on a surface that moves are [`Followers`] (`follow`).
+//!
 //! With [`Options::exact`] the paper's adaptive repulsion from one seed a component is all of it.
 //!
 //! It has converged when the number is the one asked for, nobody was born or died any more, and
@@ -26,6 +28,7 @@
 
 pub(super) mod balance;
 mod fission;
+mod follow;
 mod neighbours;
 mod population;
 mod refinement;
@@ -43,6 +46,7 @@ use super::{Options, Outcome, SampleError, out_of_range};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use fission::Dice;
+pub use follow::{Followed, Followers};
 use population::{Floater, Population};
 use run::Run;
 pub(super) use run::default_count;
@@ -90,6 +94,8 @@ pub(super) fn floaters(
         options,
         births: 0,
         deaths: 0,
+        pieces: None,
+        surveyed: None,
     };
     let settled = run.run(&seeds)?;
     let (samples, dropped) = finish(&mut run.population, options);
@@ -113,6 +119,7 @@ pub(super) fn floaters(
         converged: settled && located.settled && dropped.total() == 0,
         births: Some(run.births),
         deaths: Some(run.deaths),
+        pieces: run.pieces,
         searches: located.rounds,
         settled: located.settled,
         max_residual: samples.residuals.iter().copied().fold(0.0, f64::max),
@@ -134,7 +141,7 @@ pub(super) fn floaters(
 
 /// Puts every floater on the surface, within the box, and makes the sample.
 fn finish(population: &mut Population, options: &Options) -> (Samples, Dropped) {
-    population.land();
+    population.land(0.0);
     let bounds = population.bounds;
     let diagonal = bounds.diagonal();
     let radius = |floaters: &[Floater]| floaters.first().map_or(0.0, |first| first.radius);

@@ -42,6 +42,7 @@ mod trace;
 
 pub use creases::{Corner, Crease, CreasePoint, CreaseReport, Creases, creases};
 pub use density::{Density, Focus, sample_graded};
+pub use floaters::{Followed, Followers};
 pub use rules::Rules;
 pub use statistics::{
     Creased, CurveComponent, CurveStatistics, Dropped, Estimate, Lines, Proof, Statistics, Times,

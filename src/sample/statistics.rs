@@ -31,6 +31,9 @@ pub struct Statistics {
     pub births: Option<u64>,
     /// Floaters that died, superfluous seeds included.
     pub deaths: Option<u64>,
+    /// Pieces of the surface as floaters find them: groups of them, at a coarse spacing, of which each
+    /// has a neighbour on the same sheet.
+    pub pieces: Option<u64>,
     /// The mean of D/α over the floaters when they have come to rest: the repulsion energy of each,
     /// which the ideal pattern makes 6 exp(-2) = 0.81 on a surface and 2 exp(-2) = 0.27 on a curve
     /// (equation 10 of Witkin and Heckbert; their Ê is 0.8 α).
@@ -75,6 +78,7 @@ impl Statistics {
             converged: true,
             births: None,
             deaths: None,
+            pieces: None,
             energy: None,
             searches: 0,
             settled: true,

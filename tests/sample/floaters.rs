@@ -6,6 +6,7 @@ use crate::fields::*;
 use glam::DVec3;
 use imp::engine::{Field, Silent};
 use imp::geometry::Bounds;
+use imp::graph::Op;
 use imp::sample::{Method, Options, Outcome, SampleError, sample};
 
 /// The area of the hexagonal cell of a point whose neighbours are 1 away.
@@ -49,6 +50,19 @@ fn nearest(outcome: &Outcome) -> (f64, f64, f64) {
     let squares: f64 = distances.iter().map(|d| (d - mean) * (d - mean)).sum();
     let least = distances.into_iter().fold(f64::INFINITY, f64::min);
     (mean, (squares / number).sqrt(), least)
+}
+
+/// A sample of so many floaters, which must be at rest.
+fn counted(field: &dyn Field, half: f64, count: u64) -> Outcome {
+    let options = Options {
+        count: Some(count),
+        bounds: Some(cube(3, half)),
+        ..Options::default()
+    };
+    let outcome = run(field, &options);
+    assert_eq!(outcome.samples.positions.len() as u64, count);
+    assert!(outcome.statistics.converged, "{count}");
+    outcome
 }
 
 /// Whether the number is that of the hexagonal pattern on the area, within a part.
@@ -447,4 +461,100 @@ fn edges_in_the_planes_of_symmetry_are_found() {
     let on_edges = positions.filter(|p| p.abs().min_element() < 1e-9).count();
     assert_eq!(on_edges as u64, creases.points);
     assert!(on_edges > 100, "{on_edges}");
+}
+
+/// The back of a sheet takes no room from its front, however thin it is: at spacings of eight times
+/// the thickness both sides have their share, within the square root of their number.
+#[test]
+fn a_count_is_kept_on_a_thin_shell() {
+    let shell = field(3, |p| {
+        let radius = p.length();
+        let normal = p / radius;
+        (
+            (radius - 1.0).abs() - 0.01,
+            normal * (radius - 1.0).signum(),
+        )
+    });
+    for count in [300, 1000] {
+        let outcome = counted(&shell, 1.5, count);
+        let positions = &outcome.samples.positions;
+        let outside = positions.iter().filter(|p| p.length() > 1.0).count() as f64;
+        let share = 1.01 * 1.01 / (1.01 * 1.01 + 0.99 * 0.99) * count as f64;
+        assert!((outside - share).abs() < (count as f64).sqrt(), "{outside}");
+    }
+}
+
+/// Neither edges that are no multiple of the spacing long nor bumps smaller than the spacing keep the
+/// number from being the one that was asked for.
+#[test]
+fn a_count_is_kept_between_edges_and_on_bumps() {
+    let turned = compiled(3, |graph, [x, y, z]| {
+        let coefficients = [(0.8, -0.6), (0.6, 0.8)];
+        let sides = coefficients.map(|(of_x, of_y)| {
+            let factors = [graph.constant(of_x), graph.constant(of_y)];
+            let terms = [
+                graph.apply(Op::Multiply, &[factors[0], x]),
+                graph.apply(Op::Multiply, &[factors[1], y]),
+            ];
+            let sum = graph.apply(Op::Add, &terms);
+            graph.apply(Op::Abs, &[sum])
+        });
+        let height = graph.apply(Op::Abs, &[z]);
+        let wide = graph.apply(Op::Max, &sides);
+        let largest = graph.apply(Op::Max, &[wide, height]);
+        let one = graph.constant(1.0);
+        graph.apply(Op::Subtract, &[largest, one])
+    });
+    counted(&turned, 2.0, 1000);
+    counted(&turned, 2.0, 1003);
+    let rough = field(3, |p| {
+        let (x, y) = (30.0 * p.x, 30.0 * p.y);
+        let slope = DVec3::new(-1.5 * x.cos() * y.sin(), -1.5 * x.sin() * y.cos(), 1.0);
+        (p.z - 0.05 * x.sin() * y.sin(), slope)
+    });
+    counted(&rough, 1.0, 700);
+}
+
+/// The solutions of Thomson's problem for 2, 3 and 4 points are those of any repulsion: a diameter, a
+/// triangle and a tetrahedron. Rest is a step of 5e-3 radii, of 1.2 and less.
+#[test]
+fn few_floaters_on_a_ball_are_as_far_apart_as_they_can_be() {
+    let ball = sphere(DVec3::ZERO, 1.0);
+    counted(&ball, 1.5, 1);
+    let apart = [2.0, 3_f64.sqrt(), (8.0_f64 / 3.0).sqrt()];
+    for (count, expected) in (2..).zip(apart) {
+        let outcome = counted(&ball, 1.5, count);
+        let (mean, _, least) = nearest(&outcome);
+        assert!((mean - expected).abs() < 1e-2, "{count}: {mean} {expected}");
+        assert!((least - expected).abs() < 1e-2, "{count}: {least}");
+    }
+}
+
+/// With fewer floaters than components some go without, and that is said; with fewer than corners
+/// floaters are not kept on these.
+#[test]
+fn fewer_floaters_than_components_or_corners_are_possible() {
+    let two = field(3, |p| {
+        let centres = [DVec3::ZERO, DVec3::new(5.0, 0.0, 0.0)];
+        let nearer = centres.map(|centre| p - centre);
+        let away = if nearer[0].length() < nearer[1].length() {
+            nearer[0]
+        } else {
+            nearer[1]
+        };
+        (away.length() - 1.0, away.normalize())
+    });
+    for count in [1, 2, 500] {
+        assert_eq!(counted(&two, 7.0, count).statistics.pieces, Some(2));
+    }
+    let cube_field = compiled(3, |graph, coordinates| {
+        let sides = coordinates.map(|side| graph.apply(Op::Abs, &[side]));
+        let wide = graph.apply(Op::Max, &sides[..2]);
+        let largest = graph.apply(Op::Max, &[wide, sides[2]]);
+        let one = graph.constant(1.0);
+        graph.apply(Op::Subtract, &[largest, one])
+    });
+    for count in [1, 5, 9] {
+        counted(&cube_field, 2.0, count);
+    }
 }

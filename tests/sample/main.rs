@@ -5,6 +5,7 @@ mod creases;
 mod density;
 mod fields;
 mod floaters;
+mod follow;
 mod graded;
 mod grid;
 mod lines;

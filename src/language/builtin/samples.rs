@@ -379,14 +379,27 @@ fn warn_about_samples(
             )
         } else {
             format!(
-                "the floaters did not come to rest in {} iterations, or their number is not \
+                "the floaters did not come to rest in {} iterations, or their number, {}, is not \
                  exactly what was asked for",
-                statistics.iterations
+                statistics.iterations, statistics.points
             )
         };
         let warning = Diagnostic::warning(Code::DroppedPoints, message)
             .label(arguments.span, "sampled here")
             .help("all points lie on the zero set, but maybe not evenly; sharp creases and details smaller than the spacing keep floaters moving");
+        session.host.warn(warning);
+    }
+    if let Some(pieces) = statistics
+        .pieces
+        .filter(|&pieces| statistics.points < pieces)
+    {
+        let message = format!(
+            "the surface has about {pieces} pieces, and {} points are too few for all of them",
+            statistics.points
+        );
+        let warning = Diagnostic::warning(Code::MaybeMissed, message)
+            .label(arguments.span, "sampled here")
+            .help("give a larger `count`, or a smaller `spacing`");
         session.host.warn(warning);
     }
     if let Some(lines) = &statistics.lines {

@@ -34,30 +34,38 @@ const NEAR_ENOUGH: f64 = 1e-3;
 /// A floater whose density is so many times that of the ideal pattern is one too many.
 const OVERCROWDED: f64 = 1.5;
 
-/// Where a floater may be born.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Gap {
-    /// Between three neighbours, though they are in their places: to make up the number.
-    Narrow,
-    /// Where one is missing in the pattern.
-    Wide,
+/// Where a floater may be born, in radii. In a triangle of the ideal pattern the middle is at 1.15;
+/// a vacant place is at 2.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Gap {
+    /// So far from its parent a newborn floater starts.
+    distance: f64,
+    /// There is room if nobody is nearer.
+    room: f64,
 }
 
-impl Gap {
-    /// A newborn floater starts so far from its parent, in radii. In a triangle of the ideal pattern
-    /// the middle is at 1.15; a vacant place is at 2.
-    fn distance(self) -> f64 {
-        match self {
-            Gap::Narrow => 1.2,
-            Gap::Wide => 1.8,
-        }
-    }
+/// Rounds of balance in which a narrow gap is as wide as it should be; and the part of it that goes with
+/// each round after these, and that is left at last: floaters closer than half a radius would be merged.
+const PATIENT_ROUNDS: u32 = 2;
+const IMPATIENCE: f64 = 0.1;
+const NARROWEST: f64 = 0.55;
 
-    /// There is room if nobody is nearer than so many radii.
-    fn room(self) -> f64 {
-        match self {
-            Gap::Narrow => 0.9,
-            Gap::Wide => 1.6,
+impl Gap {
+    /// Where one is missing in the pattern.
+    pub(super) const VACANT: Gap = Gap {
+        distance: 1.8,
+        room: 1.6,
+    };
+
+    /// Between three neighbours, though they are in their places: to make up the number. On a rough
+    /// surface, or between the edges of a cube, there may be no such place: the later the round, the
+    /// less room is asked for.
+    pub(super) fn narrow(round: u32) -> Gap {
+        let late = round.saturating_sub(PATIENT_ROUNDS);
+        let part = (1.0 - IMPATIENCE * f64::from(late)).max(NARROWEST);
+        Gap {
+            distance: 1.2 * part,
+            room: 0.9 * part,
         }
     }
 }
@@ -190,6 +198,22 @@ impl Population<'_> {
         self.remove_above(0.0, excess)
     }
 
+    /// Removes the last floaters, though each has a part of the surface to itself, but for fixed ones.
+    /// Returns how many.
+    pub(super) fn remove_last(&mut self, excess: usize) -> usize {
+        let number = self.floaters.len();
+        let is_free = |&index: &usize| !self.floaters[index].is_fixed;
+        let last = (0..number).rev().filter(is_free).take(excess).last();
+        let first_to_go = last.unwrap_or(number);
+        let mut index = 0;
+        self.floaters.retain(|floater| {
+            index += 1;
+            index <= first_to_go || floater.is_fixed
+        });
+        self.changed();
+        number - self.floaters.len()
+    }
+
     /// Removes floaters that are far too close to each other, which repulsion would not part: those
     /// of a component that is smaller than was thought. Needs the energies of
     /// [`Population::measure`]. Returns how many.
@@ -316,7 +340,7 @@ impl Population<'_> {
             if let Some(point) = point
                 && self.bounds.contains(point.position)
                 && point.here.normal().dot(own.normal) > 0.0
-                && self.room(parent, point.position) >= gap.room() * own.radius
+                && self.room(parent, point.position, gap) >= gap.room * own.radius
             {
                 let newborn = Floater::at_rest(point, own.radius);
                 let weight = own.weight;
@@ -347,13 +371,13 @@ impl Population<'_> {
             own.normal.any_orthonormal_pair()
         };
         let mut best = None;
-        let mut most = gap.room() * own.radius;
-        let reach = gap.distance() * if own.is_fixed { OFF_CREASE } else { 1.0 };
+        let mut most = gap.room * own.radius;
+        let reach = gap.distance * if own.is_fixed { OFF_CREASE } else { 1.0 };
         for (cosine, sine) in DIRECTIONS {
             let direction = cosine * one + sine * other;
             let away = reach * own.radius * direction;
             let place = (own.position + away).clamp(self.bounds.min, self.bounds.max);
-            let room = self.room(index, place);
+            let room = self.room(index, place, gap);
             if room > most {
                 most = room;
                 best = Some(place);
@@ -362,13 +386,18 @@ impl Population<'_> {
         best
     }
 
-    /// The distance from a place to a floater and its neighbours on the same sheet.
-    fn room(&self, index: usize, place: DVec3) -> f64 {
+    /// The distance from a place to a floater and its neighbours on the same sheet; fixed ones, which
+    /// would swallow who is near, count as nearer.
+    fn room(&self, index: usize, place: DVec3, gap: Gap) -> f64 {
         let own = &self.floaters[index];
         let others = self.neighbours.of(index).iter();
         let others = others.map(|&other| &self.floaters[other as usize]);
         let same_side = others.filter(|other| other.is_fixed || other.normal.dot(own.normal) > 0.0);
-        let distances = same_side.map(|other| other.position.distance(place));
-        distances.fold(own.position.distance(place), f64::min)
+        let with_fixed = gap.room / gap.room.max(COINCIDENT_WITH_FIXED);
+        let distance = |other: &Floater| {
+            let factor = if other.is_fixed { with_fixed } else { 1.0 };
+            factor * other.position.distance(place)
+        };
+        same_side.map(distance).fold(distance(own), f64::min)
     }
 }

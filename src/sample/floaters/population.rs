@@ -56,6 +56,9 @@ const CREASE_MEMORY: u32 = 100;
 /// Lists of neighbours reach farther than needed by this part of the cutoff.
 const SKIN: f64 = 0.25;
 
+/// Floaters nearer than so many radii are on the same piece of the surface, unless one is on the back.
+const CONNECTED: f64 = 4.0;
+
 /// The widest and the mean spacing differ by no more than this factor, nor do the mean and the
 /// narrowest.
 const HEAVIEST: f64 = 32.0;
@@ -324,6 +327,13 @@ impl<'a> Population<'a> {
         self.changed();
     }
 
+    /// Lets floaters on creases and in corners go.
+    pub(super) fn unpin(&mut self) {
+        for floater in &mut self.floaters {
+            floater.is_fixed = false;
+        }
+    }
+
     /// How many floaters are on creases and in corners.
     pub(super) fn pinned(&self) -> u64 {
         self.floaters
@@ -369,6 +379,36 @@ impl<'a> Population<'a> {
             .collect();
         self.listed = self.floaters.iter().map(site).collect();
         self.neighbours = Neighbours::new(&self.listed);
+    }
+
+    /// For each floater whether it is the first of a piece of the surface: of those that are connected
+    /// by neighbours on one sheet.
+    pub(super) fn first_of_each_piece(&mut self) -> Vec<bool> {
+        self.meet();
+        let number = self.floaters.len();
+        let mut seen = vec![false; number];
+        let mut is_first = vec![false; number];
+        for first in 0..number {
+            is_first[first] = !seen[first];
+            let mut open = vec![first];
+            while let Some(index) = open.pop() {
+                if std::mem::replace(&mut seen[index], true) {
+                    continue;
+                }
+                let own = &self.floaters[index];
+                let near = self
+                    .neighbours
+                    .of(index)
+                    .iter()
+                    .map(|&other| other as usize);
+                open.extend(near.filter(|&other| {
+                    let other = &self.floaters[other];
+                    other.position.distance(own.position) < CONNECTED * own.radius
+                        && other.normal.dot(own.normal) > BACK
+                }));
+            }
+        }
+        is_first
     }
 
     /// Weighs floaters where they are: by the wanted spacing there. One whose place has none keeps
@@ -458,10 +498,14 @@ impl<'a> Population<'a> {
         evaluations
     }
 
-    /// Brings floaters onto the surface without moving them along it. Those in a side of the box
-    /// stay in it.
-    pub(super) fn land(&mut self) {
+    /// Brings floaters onto the surface without moving them along it, until all are within the
+    /// tolerance or it takes too long. Those in a side of the box stay in it.
+    pub(super) fn land(&mut self, tolerance: f64) {
         for _ in 0..LANDING_STEPS {
+            let is_off = |floater: &Floater| floater.here.distance() > tolerance;
+            if !self.floaters.iter().any(is_off) {
+                break;
+            }
             let bounds = self.bounds;
             let places: Vec<DVec3> = self
                 .floaters

@@ -40,16 +40,21 @@ impl Population<'_> {
                 &self.floaters[first as usize],
                 &self.floaters[second as usize],
             );
+            let normal = point.here.normal();
             let is_good = point.here.is_defined()
-                && (one.is_fixed || point.here.normal().dot(one.normal) > 0.0)
+                && (one.is_fixed || normal.dot(one.normal) > 0.0)
                 && point.position.distance(middle.place) < 0.5 * one.radius;
             let room = ROOM * one.radius.min(other.radius);
-            let is_near = |place: DVec3| place.distance_squared(point.position) < room * room;
+            // Who is near on the back of a thin sheet takes no room from it.
+            let is_near = |other: &Floater| {
+                other.position.distance_squared(point.position) < room * room
+                    && (other.is_fixed || other.normal.dot(normal) > 0.0)
+            };
             let mut around = self.neighbours.of(first as usize).iter().chain([&first]);
             let is_taken = around.any(|&near| {
                 let mut children = beside[near as usize].iter();
-                is_near(self.floaters[near as usize].position)
-                    || children.any(|&child| is_near(newborn[child as usize].position))
+                is_near(&self.floaters[near as usize])
+                    || children.any(|&child| is_near(&newborn[child as usize]))
             });
             if !is_good || is_taken {
                 continue;

@@ -20,7 +20,7 @@ const COARSE: (f64, f64) = (1.0 / 30.0, 1.0 / 100.0);
 const PAPER_RADIUS: f64 = 0.6;
 
 /// σ^max / σ̂ where there are many floaters from the beginning.
-const LARGEST: f64 = 1.5;
+pub(super) const LARGEST: f64 = 1.5;
 
 /// The population may grow to so many times what the area asks for.
 const SPARE_CAPACITY: f64 = 2.0;
@@ -53,7 +53,7 @@ const FIRST_STEPS: u32 = 120;
 const NEXT_STEPS: u32 = 12;
 
 /// Rounds of balance, at most, and steps in each.
-const ROUNDS: u32 = 8;
+const ROUNDS: u32 = 12;
 const ROUND_STEPS: u32 = 12;
 
 /// A number this close to the one that fits the spacing is left alone.
@@ -74,7 +74,7 @@ const PATIENCE: u32 = 60;
 const SETTLE_LIMIT: u32 = 400;
 
 /// How often balance begins anew because floaters had to be merged.
-const ATTEMPTS: u32 = 2;
+const ATTEMPTS: u32 = 4;
 
 /// The number of points without any wish, in this dimension.
 pub(in crate::sample) fn default_count(dimension: usize) -> u64 {
@@ -101,6 +101,10 @@ pub(super) struct Run<'a> {
     pub(super) options: &'a Options,
     pub(super) births: u64,
     pub(super) deaths: u64,
+    /// See [`crate::sample::Statistics::pieces`].
+    pub(super) pieces: Option<u64>,
+    /// How many floaters the area was first measured with, and the area.
+    pub(super) surveyed: Option<(usize, f64)>,
 }
 
 impl Run<'_> {
@@ -129,7 +133,10 @@ impl Run<'_> {
         };
         self.begin(seeds, radius);
         self.populate(Target::many(radius), POPULATE_LIMIT, QUIET)?;
+        let firsts = self.population.first_of_each_piece();
+        self.pieces = Some(firsts.iter().filter(|&&first| first).count() as u64);
         let area = self.population.measure();
+        self.surveyed = Some((self.population.floaters.len(), area));
         let spacing = match goal {
             Goal::Spacing(spacing) => spacing,
             Goal::Count(count) => spacing_for(dimension, area, count as f64),
@@ -196,7 +203,7 @@ impl Run<'_> {
         let limit = self.options.count_limit as f64;
         self.begin(seeds, coarse);
         self.population.capacity = most.min(limit) as usize;
-        self.keep_one_of_each_component();
+        self.keep_one_of_each_piece();
         for floater in &mut self.population.floaters {
             floater.radius = desired;
         }
@@ -252,7 +259,7 @@ impl Run<'_> {
             if (FEWEST_TO_BALANCE..=1.0 / FEWEST_TO_BALANCE).contains(&ratio) {
                 break;
             }
-            let area = self.population.measure();
+            let area = self.measure();
             let spacing = spacing_for(self.population.bounds.dimension, area, number);
             self.populate(Target::many(PAPER_RADIUS * spacing), POPULATE_LIMIT, QUIET)?;
         }
@@ -264,15 +271,29 @@ impl Run<'_> {
     /// Puts floaters on creases and in corners, as far apart as so many are on the whole surface.
     /// Those of before are taken away.
     fn pin(&mut self, number: f64) -> Result<(), SampleError> {
-        let area = self.population.measure();
+        let area = self.measure();
         let spacing = spacing_for(self.population.bounds.dimension, area, number);
         let Some(creases) = &self.creases else {
             return Ok(());
         };
         self.ask("creases", 0.0)?;
         self.population.pin(creases, spacing);
+        if self.population.pinned() as f64 > number {
+            // There are more corners than floaters.
+            self.population.unpin();
+        }
         self.deaths += self.population.merge() as u64;
         Ok(())
+    }
+
+    /// Measures the area by the energies of floaters that have one radius: not where there are fewer
+    /// than it was first measured with, because then they know less of it.
+    fn measure(&mut self) -> f64 {
+        let measured = self.population.measure();
+        match self.surveyed {
+            Some((number, area)) if self.population.floaters.len() < number => area,
+            _ => measured,
+        }
     }
 
     /// Floaters are born where there is room for one, and die where there are far too many.
@@ -281,7 +302,7 @@ impl Run<'_> {
             self.population.measure();
             let deaths = self.population.cull();
             self.population.meet();
-            let births = self.population.add(usize::MAX, Gap::Wide);
+            let births = self.population.add(usize::MAX, Gap::VACANT);
             self.births += births as u64;
             self.deaths += deaths as u64;
             if births + deaths == 0 {
@@ -306,7 +327,7 @@ impl Run<'_> {
         } else {
             std::f64::consts::FRAC_1_SQRT_2
         };
-        let mut radius = 0.5 * spacing_for(dimension, self.population.measure(), first);
+        let mut radius = 0.5 * spacing_for(dimension, self.measure(), first);
         self.settle()?;
         self.repair()?;
         let mut number = first;
@@ -380,36 +401,16 @@ impl Run<'_> {
     }
 
     /// Of floaters that are connected by neighbours on one sheet the first one stays.
-    fn keep_one_of_each_component(&mut self) {
-        let population = &mut self.population;
-        population.meet();
-        let number = population.floaters.len();
-        let mut seen = vec![false; number];
-        let mut stays = vec![false; number];
-        for first in 0..number {
-            stays[first] = !seen[first];
-            let mut open = vec![first];
-            while let Some(index) = open.pop() {
-                if std::mem::replace(&mut seen[index], true) {
-                    continue;
-                }
-                let own = &population.floaters[index];
-                let near = population
-                    .neighbours
-                    .of(index)
-                    .iter()
-                    .map(|&other| other as usize);
-                open.extend(near.filter(|&other| {
-                    let other = &population.floaters[other];
-                    other.position.distance(own.position) < 4.0 * own.radius
-                        && other.normal.dot(own.normal) > 0.0
-                }));
-            }
-        }
-        let mut places = stays.into_iter();
-        population.floaters.retain(|_| places.next() == Some(true));
-        population.changed();
-        self.deaths += (number - population.floaters.len()) as u64;
+    fn keep_one_of_each_piece(&mut self) {
+        let number = self.population.floaters.len();
+        let firsts = self.population.first_of_each_piece();
+        self.pieces = Some(firsts.iter().filter(|&&first| first).count() as u64);
+        let mut stays = firsts.into_iter();
+        self.population
+            .floaters
+            .retain(|_| stays.next() == Some(true));
+        self.population.changed();
+        self.deaths += (number - self.population.floaters.len()) as u64;
     }
 
     /// The paper's adaptive repulsion until births and deaths have all but ceased; returns whether
@@ -439,14 +440,10 @@ impl Run<'_> {
     fn balance(&mut self, goal: Goal) -> Result<bool, SampleError> {
         let dimension = self.population.bounds.dimension;
         for round in 0..ROUNDS {
-            let area = self.population.measure();
+            let area = self.measure();
             let present = self.population.floaters.len();
             let (target, near_enough) = match goal {
-                Goal::Count(count) => {
-                    let last = round + 1 == ROUNDS;
-                    let slack = if last { NEAR_ENOUGH } else { 0.0 };
-                    (count as f64, slack * count as f64)
-                }
+                Goal::Count(count) => (count as f64, 0.0),
                 Goal::Spacing(spacing) => {
                     let number = number_for(dimension, area, spacing).round().max(1.0);
                     (number, (NEAR_ENOUGH * number).max(1.0))
@@ -469,9 +466,14 @@ impl Run<'_> {
             }
             let difference = target - self.population.floaters.len() as f64;
             if difference > 0.0 {
-                self.births += self.population.add(difference as usize, Gap::Narrow) as u64;
+                let gap = Gap::narrow(round);
+                self.births += self.population.add(difference as usize, gap) as u64;
             } else if difference < 0.0 {
-                self.deaths += self.population.remove(-difference as usize) as u64;
+                let mut removed = self.population.remove(-difference as usize);
+                if removed == 0 && round > 0 {
+                    removed = self.population.remove_last(-difference as usize);
+                }
+                self.deaths += removed as u64;
             }
             self.steps("balance", ROUND_STEPS, &SPREADING)?;
         }
