@@ -1,8 +1,8 @@
-//! Equations 7 and 8 for many pins and parameters, and fits: residuals, times, and how far the parameters that were
-//! found are from the true ones.
+//! Equations 7 and 8 for many pins and parameters, and fits: residuals, times, and how far the
+//! parameters that were found are from the true ones.
 //!
-//! Fields are b − Σ exp(−|x − cᵢ|²/sᵢ²) with known parameters. Points lie on them to rounding, and fits begin with
-//! centres and sizes that are changed by up to a tenth of the sizes.
+//! Fields are b − Σ exp(−|x − cᵢ|²/sᵢ²) with known parameters. Points lie on them to rounding, and fits
+//! begin with centres and sizes that are changed by up to a tenth of the sizes.
 
 // A benchmark's report belongs on standard output.
 #![allow(clippy::print_stdout, missing_docs)]
@@ -34,7 +34,8 @@ impl Random {
     }
 }
 
-/// Blobs at random places in a cube with side 2, with centres and sizes as parameters, and the bias if it is one.
+/// Blobs at random places in a cube with side 2, with centres and sizes as parameters, and the bias if
+/// it is one.
 fn blobs(count: usize, size: f64, has_bias: bool) -> CompiledField {
     let random = &mut Random(11);
     let mut graph = Graph::new();

@@ -44,8 +44,9 @@ fn a_pulled_sphere_does_what_equation_8_says() {
     assert_eq!((found.solver, found.rank), (Solver::Cholesky, 1));
     assert_eq!(found.pins[0].state, PinState::Followed);
 
-    // A point that is off the surface by h along the normal comes back at φ F/|F_x| = φ h to the first order: by
-    // equation 7 the velocity is that of a pull by −φF/|F_x|, here F = (r + h)² − r², |F_x| = 2(r + h).
+    // A point that is off the surface by h along the normal comes back at φ F/|F_x| = φ h to the first
+    // order: by equation 7 the velocity is that of a pull by −φF/|F_x|, here F = (r + h)² − r², |F_x| =
+    // 2(r + h).
     let pins = [pin(point + 0.1 * DIRECTION, DVec3::ZERO)];
     let found = follow(&field, &pins, &[0.0; 4], &control).unwrap();
     // F_q = −2((r + h) n, r)
@@ -163,8 +164,8 @@ fn contradictory_pins_are_missed_by_as_little_as_possible() {
         assert_eq!(pin.state, PinState::Missed);
         assert!((pin.residual - 1.0).abs() < 1e-12);
     }
-    // With the radius alone, for the whole sphere could pass through where they arrive: a step can be made and
-    // gone on from.
+    // With the radius alone, for the whole sphere could pass through where they arrive: a step can be
+    // made and gone on from.
     let freedom = (0..3).fold(Freedom::all(4), Freedom::with_frozen);
     let control = Control { freedom, ..control };
     let step = advance(&field, &pins, &[0.0; 4], &control, 0.1).unwrap();
@@ -295,7 +296,8 @@ fn steps_that_are_far_too_large_are_cut() {
         (-4.0 * DIRECTION, 30.0),
     ] {
         let step = advance(&field, &[pin(point, velocity)], &[0.0; 4], &control, time).unwrap();
-        // Along the normal the linear equations are those of this field: centre and radius share the way.
+        // Along the normal the linear equations are those of this field: centre and radius share the
+        // way.
         assert_eq!(step.cuts > 0, velocity.dot(DIRECTION).abs() < 1.0);
         assert!(step.q.iter().all(|q| q.is_finite()));
         assert_eq!(step.pins[0].state, PinState::Followed, "{step:?}");
@@ -394,8 +396,9 @@ fn a_pin_where_all_derivatives_vanish_does_no_harm() {
 
 #[test]
 fn sensitivity_is_the_mean_square_speed_of_the_surface() {
-    // At an octahedron's corners |F_c|/|F_x| is 1 at two of six for each axis, and |F_r|/|F_x| = 1: 1/3 and 1. With
-    // M = diag(1/3, 1/3, 1/3, 1), M⁻¹ F_q is along (3n, 1), so a pull by v moves the centre by 3/4 of it.
+    // At an octahedron's corners |F_c|/|F_x| is 1 at two of six for each axis, and |F_r|/|F_x| = 1: 1/3
+    // and 1. With M = diag(1/3, 1/3, 1/3, 1), M⁻¹ F_q is along (3n, 1), so a pull by v moves the centre
+    // by 3/4 of it.
     let (field, point) = ball();
     let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     let corners = axes.into_iter().flat_map(|axis| [axis, -axis]);
@@ -426,8 +429,8 @@ fn a_surface_comes_to_rest_at_its_rest_shape() {
     assert_near(&q, &rest, 1e-12);
 }
 
-/// A drag of a number of steps around and about; the largest residual, the least squares that were needed, and
-/// the end.
+/// A drag of a number of steps around and about; the largest residual, the least squares that were
+/// needed, and the end.
 fn drag(count: usize, steps: usize) -> (f64, usize, Advance) {
     let points = on_surface(&blobs(), count, 1.2, &mut Random(31));
     let phases: Vec<usize> = (0..count).collect();

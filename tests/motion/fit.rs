@@ -54,7 +54,8 @@ fn a_sphere_is_found_from_far_away() {
 #[test]
 fn noisy_points_have_the_sphere_of_least_distances() {
     let points = around_a_sphere(200, 0.05, 2);
-    // By Gauss and Newton with singular values; F = |x - c| - r has |F_x| = 1, so its distances are exact.
+    // By Gauss and Newton with singular values; F = |x - c| - r has |F_x| = 1, so its distances are
+    // exact.
     let mut q = DVector::from_vec(vec![2.9, -2.1, 1.1, 1.4]);
     for _ in 0..60 {
         let mut jacobian = DMatrix::zeros(points.len(), 4);
@@ -80,8 +81,8 @@ fn noisy_points_have_the_sphere_of_least_distances() {
     assert!((found.rms - (squares / 200.0).sqrt()).abs() < 1e-9);
     assert!((found.max - distances.fold(0.0, f64::max)).abs() < 1e-7);
 
-    // In terms of squares the result is where Σ (d² - r²)/d² vanishes. With d = r + e and variance σ² of e the
-    // mean of 1/d² is (1 + 3σ²/r²)/r², which makes the radius less by 3σ²/2r = 0.05²/2r.
+    // In terms of squares the result is where Σ (d² - r²)/d² vanishes. With d = r + e and variance σ²
+    // of e the mean of 1/d² is (1 + 3σ²/r²)/r², which makes the radius less by 3σ²/2r = 0.05²/2r.
     let algebraic = fitted(&sphere(&[2.0, 0.0, 0.0, 1.0]), &points);
     assert_eq!(algebraic.end, End::Stationary);
     assert_near(&algebraic.q[..3], &q.as_slice()[..3], 1e-3);
