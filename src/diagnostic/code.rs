@@ -113,6 +113,8 @@ codes! {
     W0812 SingularPoints "gradient that vanishes on the zero set",
     W0813 MaybeMissed "components that may have been missed",
     W0814 CoarseSpacing "spacing larger than the surface",
+    W0815 NotFollowed "points that the surface cannot follow",
+    W0816 LostSurface "surface that floaters lose",
 }
 
 impl Code {

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::vm::{FieldRoot, ReadError};
 use super::{FileError, csv, obj, ply, png, stl, svg, vm};
-use crate::geometry::{Curves, Image, Mesh, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 
 /// Turns a value into the bytes of a file.
@@ -30,6 +30,7 @@ pub struct Format {
     pub(super) space_curves: Option<Writer<Curves>>,
     pub(super) samples: Option<Writer<Samples>>,
     pub(super) image: Option<Writer<Image>>,
+    pub(super) animation: Option<Writer<Animation>>,
     pub(super) field: Option<FieldReader>,
 }
 
@@ -44,6 +45,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: Some(obj::write_curves),
         samples: Some(obj::write_samples),
         image: None,
+        animation: None,
         field: None,
     },
     Format {
@@ -56,6 +58,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: None,
+        animation: None,
         field: None,
     },
     Format {
@@ -68,6 +71,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: Some(ply::write_samples),
         image: None,
+        animation: None,
         field: None,
     },
     Format {
@@ -80,6 +84,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: Some(csv::write_curves),
         samples: Some(csv::write_samples),
         image: None,
+        animation: None,
         field: None,
     },
     Format {
@@ -91,18 +96,20 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: None,
+        animation: None,
         field: None,
     },
     Format {
         name: "PNG",
         extensions: &["png"],
         documentation: "A picture in sRGB with eight bits a channel, with opacity where it is \
-                        needed; lossless.",
+                        needed; lossless. An animation is an animated PNG (APNG).",
         mesh: None,
         plane_curves: None,
         space_curves: None,
         samples: None,
         image: Some(png::write_image),
+        animation: Some(png::write_animation),
         field: None,
     },
     Format {
@@ -115,6 +122,7 @@ pub static FORMATS: &[Format] = &[
         space_curves: None,
         samples: None,
         image: None,
+        animation: None,
         field: Some(vm::read_field),
     },
 ];
@@ -163,6 +171,7 @@ impl Format {
             (self.space_curves.is_some(), "curves in space"),
             (self.samples.is_some(), "samples"),
             (self.image.is_some(), "pictures"),
+            (self.animation.is_some(), "animations"),
             (self.field.is_some(), "fields"),
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);

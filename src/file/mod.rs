@@ -28,7 +28,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::geometry::{Curves, Image, Mesh, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 pub use font::Outline;
 use format::Writer;
@@ -187,6 +187,16 @@ pub fn write_image(path: &Path, image: &Image, limit: u64) -> Result<u64, FileEr
     write_value(path, image, limit, "pictures", |format| format.image)
 }
 
+/// Writes an animation in the format that the extension names.
+///
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_animation(path: &Path, animation: &Animation, limit: u64) -> Result<u64, FileError> {
+    write_value(path, animation, limit, "animations", |format| {
+        format.animation
+    })
+}
+
 /// The largest font that is read, in bytes.
 const LARGEST_FONT: u64 = 1 << 26;
 
@@ -316,7 +326,10 @@ mod tests {
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         type Written = fn(&Path) -> Result<u64, FileError>;
-        let values: [(&str, Written); 5] = [
+        let values: [(&str, Written); 6] = [
+            ("animations", |path| {
+                write_animation(path, &test_values::animation(), u64::MAX)
+            }),
             ("meshes", |path| {
                 write_mesh(path, &test_values::mesh(), u64::MAX)
             }),

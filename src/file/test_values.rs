@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::{Curves, Image, Mesh, Polyline, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Polyline, Samples};
 
 /// Numbers whose shortest text is long, tiny, huge, negative or zero.
 const AWKWARD: [f64; 9] = [
@@ -78,6 +78,17 @@ pub(super) fn image() -> Image {
         width: 3,
         height: 2,
         pixels: (0..6).map(pixel).collect(),
+    }
+}
+
+/// Two pictures, 40 ms each.
+pub(super) fn animation() -> Animation {
+    let first = image();
+    let mut second = image();
+    second.pixels.reverse();
+    Animation {
+        frames: vec![first, second],
+        delay: 40,
     }
 }
 

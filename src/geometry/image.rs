@@ -1,4 +1,4 @@
-//! Images.
+//! Images, and images that move.
 
 /// A picture: rows of pixels from the top, each from the left.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,4 +17,13 @@ impl Image {
     pub fn is_opaque(&self) -> bool {
         self.pixels.iter().all(|pixel| pixel[3] == u8::MAX)
     }
+}
+
+/// Pictures of one size that are shown one after the other, for ever.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Animation {
+    /// The pictures.
+    pub frames: Vec<Image>,
+    /// For how many thousandths of a second each is shown.
+    pub delay: u16,
 }

@@ -21,7 +21,7 @@ pub use bounds::Bounds;
 pub(crate) use disjoint_sets::DisjointSets;
 
 pub use curves::{Curves, Polyline};
-pub use image::Image;
+pub use image::{Animation, Image};
 pub use mesh::Mesh;
 pub use neighbours::{Spacing, nearest_distances};
 pub use samples::Samples;

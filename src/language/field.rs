@@ -103,6 +103,11 @@ impl FieldValue {
         }
     }
 
+    /// Whether they differ in their parameters at most.
+    pub fn is_same(&self, other: &FieldValue) -> bool {
+        Rc::ptr_eq(&self.definition, &other.definition)
+    }
+
     /// The number of coordinates.
     pub fn dimension(&self) -> usize {
         self.definition.dimension
@@ -278,7 +283,8 @@ impl FieldValue {
     }
 
     /// The program's q: the session's values, with the changes that `with` made.
-    fn present(&self, program: &Program, q: &[f64]) -> Vec<f64> {
+    /// The field's q, in the order of a program's parameters; `q` is the session's.
+    pub fn present(&self, program: &Program, q: &[f64]) -> Vec<f64> {
         program
             .parameters()
             .iter()

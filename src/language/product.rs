@@ -3,6 +3,8 @@
 //! One table of properties for each kind serves `value.name`, the JSON summaries and the list of
 //! names in messages.
 
+mod motion;
+
 use std::cell::OnceCell;
 
 use super::function::At;
@@ -14,6 +16,8 @@ use crate::picture::Picture;
 use crate::polygonize;
 use crate::sample;
 use crate::syntax::tree::Name;
+
+pub use motion::{FitSet, SimulationSet, Warned};
 
 /// Samples and how they came about.
 #[derive(Debug)]
@@ -376,6 +380,8 @@ pub fn property(value: &Value, name: &str) -> Option<Value> {
         Value::Samples(set) => find(SAMPLES, set, name),
         Value::Curves(set) => find(CURVES, set, name),
         Value::Image(set) => find(IMAGE, set, name),
+        Value::Simulation(set) => find(motion::SIMULATION, set, name),
+        Value::Fit(set) => find(motion::FIT, set, name),
         _ => None,
     }
 }
@@ -394,6 +400,8 @@ pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
         Value::Samples(set) => shown_values(SAMPLES, set),
         Value::Curves(set) => shown_values(CURVES, set),
         Value::Image(set) => shown_values(IMAGE, set),
+        Value::Simulation(set) => shown_values(motion::SIMULATION, set),
+        Value::Fit(set) => shown_values(motion::FIT, set),
         _ => Vec::new(),
     }
 }
@@ -407,6 +415,11 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
         Value::Samples(_) => SAMPLES.iter().map(|property| property.name).collect(),
         Value::Curves(_) => CURVES.iter().map(|property| property.name).collect(),
         Value::Image(_) => IMAGE.iter().map(|property| property.name).collect(),
+        Value::Simulation(_) => motion::SIMULATION
+            .iter()
+            .map(|property| property.name)
+            .collect(),
+        Value::Fit(_) => motion::FIT.iter().map(|property| property.name).collect(),
         _ => Vec::new(),
     }
 }
@@ -428,6 +441,8 @@ pub fn all_properties() -> Vec<(&'static str, &'static str)> {
         .chain(named("samples", SAMPLES))
         .chain(named("a curve set", CURVES))
         .chain(named("an image", IMAGE))
+        .chain(named("a simulation", motion::SIMULATION))
+        .chain(named("a fit", motion::FIT))
         .collect()
 }
 
@@ -469,6 +484,7 @@ pub fn length(value: &Value) -> Option<usize> {
     match value {
         Value::Samples(set) => Some(set.samples.positions.len()),
         Value::Curves(set) => Some(set.curves.polylines.len()),
+        Value::Simulation(set) => Some(set.simulation.borrow().followers().len()),
         _ => None,
     }
 }

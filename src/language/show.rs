@@ -30,9 +30,12 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         }
         Value::Function(function) => show_function(function),
         Value::Field(field) => show_field(field),
-        Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) | Value::Image(_) => {
-            show_product(value, precision)
-        }
+        Value::Samples(_)
+        | Value::Mesh(_)
+        | Value::Curves(_)
+        | Value::Image(_)
+        | Value::Simulation(_)
+        | Value::Fit(_) => show_product(value, precision),
         Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()

@@ -10,7 +10,7 @@ use super::field::FieldValue;
 use super::function::FunctionValue;
 use super::list::List;
 use super::module::Module;
-use super::product::{CurveSet, ImageSet, MeshSet, SampleSet};
+use super::product::{CurveSet, FitSet, ImageSet, MeshSet, SampleSet, SimulationSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
 
@@ -46,6 +46,10 @@ pub enum Value {
     Curves(Rc<CurveSet>),
     /// A picture.
     Image(Rc<ImageSet>),
+    /// A surface that moves.
+    Simulation(Rc<SimulationSet>),
+    /// A field that was fitted to points.
+    Fit(Rc<FitSet>),
     /// Definitions that are reached as `name.member`.
     Module(Rc<Module>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
@@ -97,10 +101,25 @@ impl Value {
             Value::Mesh(_) => "a mesh",
             Value::Curves(_) => "a curve set",
             Value::Image(_) => "an image",
+            Value::Simulation(_) => "a simulation",
+            Value::Fit(_) => "a fit",
             Value::Module(_) => "a module",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
         }
+    }
+
+    /// Whether it is what a script makes: something with named properties.
+    pub fn is_product(&self) -> bool {
+        matches!(
+            self,
+            Value::Samples(_)
+                | Value::Mesh(_)
+                | Value::Curves(_)
+                | Value::Image(_)
+                | Value::Simulation(_)
+                | Value::Fit(_)
+        )
     }
 
     /// Whether a symbol occurs in it, so that it has no plain value of its own.

@@ -6,9 +6,12 @@
 //! particles to sample and control implicit surfaces", 1994, section 3.4). [`fit`] looks for a q with
 //! which a surface passes through given points, from far away and in the sense of least squares.
 //!
+//! A [`Simulation`] is a surface with control points and with floaters that follow it.
+//!
 //! The way through: `rows` evaluates F, F_x and the sparse rows of F_q; `metric` says what a small
 //! change of q is; `freedom` what may change at all; `least_change` solves the linear problem, by the
-//! factorisations of `dense`; `control` steps; `fit` iterates on the equations of `normal`.
+//! factorisations of `dense`; `control` steps; `fit` iterates on the equations of `normal`;
+//! `simulation` moves surface and floaters.
 
 mod control;
 
@@ -26,6 +29,8 @@ mod normal;
 
 mod rows;
 
+mod simulation;
+
 pub use control::{
     Advance, Control, Follow, Pin, PinReport, PinState, advance, follow, toward_rest,
 };
@@ -34,6 +39,7 @@ pub use freedom::Freedom;
 pub use least_change::Solver;
 pub use metric::{Metric, sensitivity};
 pub use rows::Rows;
+pub use simulation::{Frame, Measure, Setting, Simulation, SimulationError, Step};
 
 use thiserror::Error;
 

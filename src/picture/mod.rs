@@ -24,7 +24,7 @@ use crate::engine::{CompiledField, Field, Monitor};
 use crate::geometry::{Bounds, Image};
 
 pub use camera::{Aim, Camera, View};
-pub use disks::{box_around, render_samples};
+pub use disks::{Scene, box_around, render_samples};
 pub use plane::{Bitmap, Side, bitmap};
 pub use space::{HeightMap, Hit, height_map};
 

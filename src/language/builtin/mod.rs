@@ -12,6 +12,7 @@ mod geometry;
 mod inspection;
 mod lists;
 mod mathematics;
+mod motion;
 mod pictures;
 mod samples;
 mod script;
@@ -78,6 +79,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Derivatives", calculus::TABLE),
     ("Differential geometry", geometry::TABLE),
     ("Samples", samples::TABLE),
+    ("Motion and control", motion::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),

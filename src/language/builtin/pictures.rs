@@ -3,19 +3,22 @@
 use std::path::PathBuf;
 use std::rc::Rc;
 
-use super::script::{output_path, write};
+use super::script::{output_path, write, write_by};
 use super::surfaces::{box_of, compiled_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::Field;
-use crate::file::{Format, check_writable};
-use crate::geometry::{Bounds, Samples};
+use crate::file::{self, Format, check_writable};
+use crate::geometry::{Animation, Bounds};
 use crate::language::field::bounds_of;
 use crate::language::function::At;
-use crate::language::product::ImageSet;
+use crate::language::product::{ImageSet, SimulationSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::picture::{self, Options, Picture, PictureError, Size, Style, View};
+use crate::picture::{self, Options, Picture, PictureError, Scene, Size, Style, View};
+
+/// Frames a second of an animation.
+const FRAMES: f64 = 25.0;
 
 pub(super) const TABLE: &[Builtin] = &[action(
     "plot",
@@ -32,8 +35,9 @@ pub(super) const TABLE: &[Builtin] = &[action(
         "occlusion = false",
         "samples = 2",
         "transparent = false",
+        "fps = 25",
     ],
-    "A picture of a field or of samples, written to a PNG file if a path is given: of a field a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3; of samples dots in R2, and in R3 lit disks on the surface, as large as their radii. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
+    "A picture of a field, of samples or of a simulation, written to a PNG file if a path is given: of a field a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3; of samples dots in R2, and in R3 lit disks on the surface, as large as their radii. Of a simulation that is recorded it makes an animated PNG, `fps` frames a second, with control points as balls, and gives the last frame. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
     plot,
 )];
 
@@ -48,18 +52,54 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
                 super::file_failure(&error).at(arguments.place("path"), "this file")
             })?;
     }
-    let (picture, dimension) = match arguments.value("f") {
-        Value::Samples(set) => (
-            of_samples(session, arguments, &set.samples)?,
-            set.samples.dimension,
+    let (mut pictures, dimension) = match arguments.value("f") {
+        Value::Samples(set) => {
+            let scene = Scene {
+                samples: &set.samples,
+                marks: &[],
+            };
+            (
+                of_scenes(session, arguments, &[scene])?,
+                set.samples.dimension,
+            )
+        }
+        Value::Simulation(set) => (
+            of_simulation(session, arguments, &set)?,
+            set.field.dimension(),
         ),
-        _ => of_field(session, arguments)?,
+        _ => {
+            let (picture, dimension) = of_field(session, arguments)?;
+            (vec![picture], dimension)
+        }
     };
+    let delay = delay(session, arguments)?;
+    let Some(picture) = pictures.pop() else {
+        return Ok(Value::Nothing);
+    };
+    if let Some(path) = path.as_ref().filter(|_| !pictures.is_empty()) {
+        let frames = pictures.into_iter().chain([picture.clone()]);
+        let frames = frames.map(|picture| picture.image).collect();
+        let animation = Animation { frames, delay };
+        write_by(session, arguments, path, |path, left| {
+            Some(file::write_animation(path, &animation, left))
+        })?;
+        return Ok(Value::Image(Rc::new(ImageSet { picture, dimension })));
+    }
     let value = Value::Image(Rc::new(ImageSet { picture, dimension }));
     if let Some(path) = path {
         write(session, arguments, &path, &value)?;
     }
     Ok(value)
+}
+
+/// How long a frame of an animation is shown, in thousandths of a second.
+fn delay(session: &mut Session, arguments: &Arguments) -> Outcome<u16> {
+    let rate = arguments.positive(session, "fps")?.unwrap_or(FRAMES);
+    if !(1.0..=1000.0).contains(&rate) {
+        let message = format!("`fps` must be from 1 to 1000, but it is {rate}");
+        return Err(arguments.bad("fps", message));
+    }
+    Ok((1000.0 / rate).round() as u16)
 }
 
 /// A picture of a field, and its dimension.
@@ -74,8 +114,38 @@ fn of_field(session: &mut Session, arguments: &Arguments) -> Outcome<(Picture, u
     Ok((picture, dimension))
 }
 
-/// A picture of samples.
-fn of_samples(session: &mut Session, arguments: &Arguments, samples: &Samples) -> Outcome<Picture> {
+/// Pictures of the frames of a simulation or, if nothing was recorded, of how it is.
+fn of_simulation(
+    session: &mut Session,
+    arguments: &Arguments,
+    set: &SimulationSet,
+) -> Outcome<Vec<Picture>> {
+    let simulation = set.simulation.borrow();
+    let now;
+    let frames = match simulation.frames() {
+        [] => {
+            now = [simulation.frame()];
+            &now[..]
+        }
+        frames => frames,
+    };
+    let scenes: Vec<Scene<'_>> = frames
+        .iter()
+        .map(|frame| Scene {
+            samples: &frame.samples,
+            marks: &frame.pins,
+        })
+        .collect();
+    of_scenes(session, arguments, &scenes)
+}
+
+/// Pictures of samples.
+fn of_scenes(
+    session: &mut Session,
+    arguments: &Arguments,
+    scenes: &[Scene<'_>],
+) -> Outcome<Vec<Picture>> {
+    let dimension = scenes.first().map_or(3, |scene| scene.samples.dimension);
     for name in ["style", "step"] {
         if arguments.given(name).is_some() {
             let message = format!("`{name}` is for pictures of fields, not of samples");
@@ -84,16 +154,14 @@ fn of_samples(session: &mut Session, arguments: &Arguments, samples: &Samples) -
     }
     let given = arguments.plain(session, "bounds")?;
     let bounds = match given {
-        Some(given) => {
-            bounds_of(&given, samples.dimension).at(arguments.place("bounds"), "here")?
-        }
-        None => picture::box_around(samples).ok_or_else(|| {
+        Some(given) => bounds_of(&given, dimension).at(arguments.place("bounds"), "here")?,
+        None => picture::box_around(scenes).ok_or_else(|| {
             let message = "there are no samples to be shown".to_owned();
             arguments.bad("f", message)
         })?,
     };
     let options = options(session, arguments, bounds)?;
-    picture::render_samples(samples, &options).map_err(|error| picture_failure(&error, arguments))
+    picture::render_samples(scenes, &options).map_err(|error| picture_failure(&error, arguments))
 }
 
 fn options(session: &mut Session, arguments: &Arguments, bounds: Bounds) -> Outcome<Options> {

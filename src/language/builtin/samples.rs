@@ -192,7 +192,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 }
 
 /// The vector that a list of numbers stands for.
-fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
+pub(super) fn vector_of(value: &Value, dimension: usize) -> Option<DVec3> {
     let Value::List(components) = value else {
         return None;
     };
@@ -275,7 +275,7 @@ fn field_of(
 }
 
 /// The points that a list of lists of numbers, or a sample, stands for.
-fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
+pub(super) fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
     if let Value::Samples(set) = value {
         return (set.samples.dimension == dimension).then(|| set.samples.positions.clone());
     }
@@ -290,7 +290,7 @@ fn points_of(value: &Value, dimension: usize) -> Option<Vec<DVec3>> {
 
 /// A box that provably holds the whole zero set, if one can be found. That there is no zero at
 /// all is an error; that nothing could be proven is none, because the sampler can search.
-fn proven_box(
+pub(super) fn proven_box(
     field: &CompiledField,
     arguments: &Arguments,
     monitor: &dyn Monitor,
@@ -333,7 +333,7 @@ fn no_common_zero(arguments: &Arguments) -> Box<Diagnostic> {
         .at(arguments.place("f"), "no zero set")
 }
 
-fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
+pub(super) fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic> {
     let message = error.to_string();
     match error {
         SampleError::Option { option, .. } => {
@@ -360,7 +360,7 @@ fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<Diagnostic>
     }
 }
 
-fn warn_about_samples(
+pub(super) fn warn_about_samples(
     session: &mut Session,
     arguments: &Arguments,
     statistics: &sample::Statistics,

@@ -38,7 +38,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png.",
+        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png. Of a simulation that is recorded it writes a file for each frame, `name-0000.ply` and so on; else the floaters as they are.",
         export,
     ),
     pure(
@@ -127,9 +127,22 @@ fn failed_comparison(session: &Session, place: Span) -> Option<String> {
 }
 
 fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
-    if let Some(path) = output_path(session, arguments)? {
-        write(session, arguments, &path, &arguments.value("value"))?;
+    let Some(path) = output_path(session, arguments)? else {
+        return Ok(Value::Nothing);
+    };
+    let value = arguments.value("value");
+    if let Value::Simulation(set) = &value
+        && !set.simulation.borrow().frames().is_empty()
+    {
+        for (number, frame) in set.simulation.borrow().frames().iter().enumerate() {
+            let path = frame_path(&path, number);
+            write_by(session, arguments, &path, |path, left| {
+                Some(file::write_samples(path, &frame.samples, left))
+            })?;
+        }
+        return Ok(Value::Nothing);
     }
+    write(session, arguments, &path, &value)?;
     Ok(Value::Nothing)
 }
 
@@ -153,31 +166,57 @@ pub(super) fn write(
     path: &Path,
     value: &Value,
 ) -> Outcome<()> {
+    write_by(session, arguments, path, |path, left| match value {
+        Value::Mesh(set) => Some(file::write_mesh(path, &set.mesh, left)),
+        Value::Curves(set) => Some(file::write_curves(path, &set.curves, left)),
+        Value::Samples(set) => Some(file::write_samples(path, &set.samples, left)),
+        Value::Image(set) => Some(file::write_image(path, &set.picture.image, left)),
+        Value::Simulation(set) => {
+            let samples = set.simulation.borrow().followers().samples();
+            Some(file::write_samples(path, &samples, left))
+        }
+        _ => None,
+    })?
+    .ok_or_else(|| {
+        let expected = "a mesh, curves, samples, an image or a simulation";
+        arguments.expected(expected, "value", value)
+    })
+}
+
+/// Writes a file by a function that is told how many bytes it may have; `None` where the function
+/// cannot write what it should.
+pub(super) fn write_by(
+    session: &mut Session,
+    arguments: &Arguments,
+    path: &Path,
+    write: impl FnOnce(&Path, u64) -> Option<Result<u64, FileError>>,
+) -> Outcome<Option<()>> {
     let place = arguments.place("path");
     let failed = |error: FileError| file_failure(&error).at(place, "this file");
     if let Some(directory) = session.output_directories.first() {
         file::create_folder(directory).map_err(failed)?;
     }
     let left = session.output_left();
-    let result = match value {
-        Value::Mesh(set) => file::write_mesh(path, &set.mesh, left),
-        Value::Curves(set) => file::write_curves(path, &set.curves, left),
-        Value::Samples(set) => file::write_samples(path, &set.samples, left),
-        Value::Image(set) => file::write_image(path, &set.picture.image, left),
-        other => {
-            return Err(arguments.expected("a mesh, curves, samples or an image", "value", other));
-        }
+    let Some(result) = write(path, left) else {
+        return Ok(None);
     };
     match result {
         Ok(bytes) => session.count_output(bytes, place)?,
         Err(FileError::TooLarge { .. }) => {
             let more = left.saturating_add(1);
-            return session.count_output(more, place);
+            session.count_output(more, place)?;
         }
         Err(error) => return Err(failed(error)),
     }
     session.host.wrote(path);
-    Ok(())
+    Ok(Some(()))
+}
+
+/// The file of one frame of a sequence: `name-0007.ply`.
+pub(super) fn frame_path(path: &Path, frame: usize) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let extension = path.extension().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{stem}-{frame:04}.{extension}"))
 }
 
 fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {

@@ -30,6 +30,9 @@ pub(super) struct Target {
     pub(super) desired: f64,
     /// σ^max
     pub(super) largest: f64,
+    /// Whether nobody splits beside one who splits in the same step. Floaters of one radius on a
+    /// surface that grows would else all split at once.
+    pub(super) in_turn: bool,
 }
 
 /// What a step of adaptive repulsion has changed.
@@ -101,11 +104,9 @@ impl Population<'_> {
         }
         let dying = self.dying(target.desired, dice);
         let room = self.capacity.saturating_sub(felt.len());
-        let parents: Vec<u32> = (0..felt.len() as u32)
-            .filter(|&index| is_fertile(&self.floaters[index as usize], target, energy, &rules))
-            .take(room)
-            .collect();
-        for &parent in &parents {
+        let parents = self.fertile(target, energy);
+        let parents = &parents[..parents.len().min(room)];
+        for &parent in parents {
             let floater = self.floaters[parent as usize];
             let apart = APART * floater.radius * dice.tangent(floater.normal, dimension);
             let place = &mut places[parent as usize];
@@ -172,6 +173,18 @@ impl Population<'_> {
         }
         self.changed();
         self.floaters.len() - parents
+    }
+
+    /// Who splits.
+    fn fertile(&self, target: Target, energy: f64) -> Vec<u32> {
+        let mut splits = vec![false; self.floaters.len()];
+        for (index, floater) in self.floaters.iter().enumerate() {
+            let mut near = self.neighbours.of(index).iter();
+            splits[index] = is_fertile(floater, target, energy, &self.rules)
+                && !(target.in_turn && near.any(|&other| splits[other as usize]));
+        }
+        let all = 0..self.floaters.len() as u32;
+        all.filter(|&index| splits[index as usize]).collect()
     }
 
     /// Who dies.

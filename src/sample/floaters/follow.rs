@@ -120,6 +120,7 @@ impl Followers {
             target: Target {
                 desired,
                 largest: LARGEST * desired,
+                in_turn: true,
             },
             walls: options.bounds.filter(|_| walls),
             capacity: usize::try_from(options.count_limit)

@@ -208,7 +208,11 @@ impl Run<'_> {
             floater.radius = desired;
         }
         self.population.changed();
-        let target = Target { desired, largest };
+        let target = Target {
+            desired,
+            largest,
+            in_turn: false,
+        };
         let limit = self.options.iteration_limit;
         loop {
             let left = limit.saturating_sub(self.population.tally.iterations);
@@ -521,6 +525,7 @@ impl Target {
         Target {
             desired,
             largest: LARGEST * desired,
+            in_turn: false,
         }
     }
 }

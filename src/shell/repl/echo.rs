@@ -128,7 +128,7 @@ pub(super) fn of_value(repl: &mut Repl, name: &str, value: &Value) -> String {
         ),
         Value::Function(function) => (signature(function), "function".into()),
         Value::Module(module) => (module.name.to_string(), "module".into()),
-        Value::Samples(_) | Value::Mesh(_) | Value::Curves(_) | Value::Image(_) => {
+        product if product.is_product() => {
             let shown = show(value, None);
             let (kind, properties) = shown.split_once(": ").unwrap_or((&shown, ""));
             (properties.to_string(), kind.to_string())
