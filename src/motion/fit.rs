@@ -311,8 +311,9 @@ impl Search<'_> {
                 .collect();
             let predicted = normal.reduction(&unknowns);
             if predicted <= LEAST_GAIN * normal.squares {
-                // Also where the ranges leave no way at all.
-                break;
+                // A long step may be worth nothing because a range cuts it, and a shorter one much.
+                self.damp();
+                continue;
             }
             let (same, normalised) = self.sums(&q);
             let gain = |sum: f64| 0.5 * (normal.squares - sum) / predicted;

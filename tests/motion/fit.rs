@@ -353,3 +353,22 @@ fn a_fit_can_be_stopped() {
     let found = fit(&start, &points, &freedom, &options, &Silent).unwrap();
     assert_eq!((found.end, found.iterations), (End::Iterations, 2));
 }
+
+/// A first step that a range cuts must not end the search: from far away the best linear guess is a
+/// negative radius.
+#[test]
+fn a_range_on_the_way_does_not_end_the_fit() {
+    let points = [
+        DVec3::new(1.0, 0.0, 0.0),
+        DVec3::new(3.0, 0.0, 0.0),
+        DVec3::new(2.0, 1.0, 0.0),
+        DVec3::new(2.0, 0.0, 1.0),
+    ];
+    let field = sphere_distance(&[0.0, 0.0, 0.0, 0.5]);
+    let freedom = Freedom::all(4).with_range(3, 0.2, 3.0);
+    let fit = fit(&field, &points, &freedom, &FitOptions::default(), &Silent).unwrap();
+    assert_eq!(fit.end, End::OnSurface);
+    for (found, expected) in fit.q.iter().zip([2.0, 0.0, 0.0, 1.0]) {
+        assert!((found - expected).abs() < 1e-9, "{:?}", fit.q);
+    }
+}

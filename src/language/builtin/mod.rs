@@ -8,10 +8,12 @@ mod arguments;
 mod calculus;
 mod choices;
 mod extent;
+mod fit;
 mod geometry;
 mod inspection;
 mod lists;
 mod mathematics;
+mod methods;
 mod motion;
 mod pictures;
 mod samples;
@@ -80,6 +82,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Differential geometry", geometry::TABLE),
     ("Samples", samples::TABLE),
     ("Motion and control", motion::TABLE),
+    ("Fitting", fit::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),
