@@ -459,7 +459,7 @@ impl Run<'_> {
             let merged = self.population.merge();
             self.deaths += merged as u64;
             let misplaced = self.population.misplaced();
-            let well_placed = misplaced <= MISPLACED * target;
+            let well_placed = misplaced <= (MISPLACED.0 * target).max(MISPLACED.1);
             if merged == 0 && difference.abs() <= near_enough && well_placed {
                 return Ok(true);
             }
