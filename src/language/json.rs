@@ -23,7 +23,7 @@ pub fn json(value: &Value) -> Json {
             ends.insert("hi".into(), json_number(interval.high));
             Json::Object(ends)
         }
-        Value::Mesh(_) | Value::Samples(_) | Value::Curves(_) | Value::Image(_) => {
+        product if product.is_product() => {
             let properties = product::summary(value);
             // In JSON the spacing is one object, with all that is known of it.
             let others = properties.iter();

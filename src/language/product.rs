@@ -468,6 +468,11 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
     error.help = if known {
         Some(match value {
             Value::Samples(_) => "it is given by some methods only".into(),
+            Value::Simulation(_) => {
+                "it is given after a step, `solver` and `rank` where control points or a rest shape \
+                 move the surface"
+                    .into()
+            }
             _ => "it is only defined for closed and manifold results".into(),
         })
     } else {

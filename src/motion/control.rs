@@ -24,6 +24,9 @@ const VIOLATION: f64 = 1e-6;
 /// A prediction is trusted while F differs from it by at most this part of the motions that it adds up.
 const TRUST: f64 = 0.25;
 
+/// F must not become flatter than this in a part of a step, as mean squares of |F_x| at the pins.
+const FLATTEST: f64 = 0.25;
+
 /// The shortest part of a step that is tried, and the smallest damping of a correction.
 const SHORTEST: f64 = 1.0 / 64.0;
 
@@ -353,6 +356,11 @@ impl Walk<'_> {
     /// F and its derivatives for another q, with the pins where they are after this time.
     fn evaluate(&mut self, q: &[f64], time: f64) -> Rows {
         self.evaluations += 1;
+        self.evaluated(q, time)
+    }
+
+    /// The same without counting it.
+    fn evaluated(&self, q: &[f64], time: f64) -> Rows {
         let field = CompiledField::new(Arc::clone(self.field.program()), q.to_vec());
         let positions: Vec<DVec3> = self.pins.iter().map(|pin| pin.at(time)).collect();
         Rows::evaluate(&field, &positions)
@@ -362,6 +370,25 @@ impl Walk<'_> {
     fn arrive(&mut self, time: f64) {
         for pin in &mut self.pins {
             pin.position = pin.at(time);
+        }
+    }
+
+    /// The mean of |F_x|² at the pins, weighed, for other rows in units of that for the present ones; 1 where
+    /// there is nothing to be compared. A surface that is drawn to its pins must not get there by F flattening
+    /// out everywhere.
+    fn steepness(&self, rows: &Rows, weights: &[f64]) -> f64 {
+        let mean = |rows: &Rows| {
+            let slopes = rows.gradients.iter().zip(weights);
+            let squares = slopes.filter(|(_, weight)| **weight > 0.0);
+            let squares = squares
+                .map(|(slope, weight)| (weight * length(*slope)) * (weight * length(*slope)));
+            squares.sum::<f64>()
+        };
+        let (before, after) = (mean(&self.rows), mean(rows));
+        if before > 0.0 && before.is_finite() {
+            after / before
+        } else {
+            1.0
         }
     }
 
@@ -419,7 +446,8 @@ impl Walk<'_> {
             let scale = value.abs() + slope * lengths[index] + terms(&self.rows, index, &change);
             rows.is_defined(index) && error <= TRUST * scale + self.control.tolerance * slope
         };
-        (0..count).all(is_trusted).then_some((q, rows))
+        let stays_steep = self.steepness(&rows, &weights) >= FLATTEST;
+        ((0..count).all(is_trusted) && stays_steep).then_some((q, rows))
     }
 
     /// Newton's method for F = 0 at the pins, by least changes of q, until all pins are within the
@@ -453,12 +481,15 @@ impl Walk<'_> {
             if squares(&predicted) >= PROGRESS * before {
                 return;
             }
-            let Some((q, rows)) = self.damped(&change.step, |rows| squares(rows) < before) else {
+            // In units of how steep F is: it is no gain if F becomes smaller everywhere.
+            let is_better = |rows: &Rows| squares(rows) < before * self.steepness(rows, &weights);
+            let Some((q, rows)) = self.damped(&change.step, is_better) else {
                 return;
             };
             let after = squares(&rows);
             (self.q, self.rows) = (q, rows);
             self.corrections += 1;
+            self.evaluations += 1;
             if after > PROGRESS * before {
                 return;
             }
@@ -467,16 +498,12 @@ impl Walk<'_> {
 
     /// The longest of the step, its half, and so on, at which the field is as wanted and defined where
     /// it was.
-    fn damped(
-        &mut self,
-        step: &[f64],
-        is_better: impl Fn(&Rows) -> bool,
-    ) -> Option<(Vec<f64>, Rows)> {
+    fn damped(&self, step: &[f64], is_better: impl Fn(&Rows) -> bool) -> Option<(Vec<f64>, Rows)> {
         let mut damping = 1.0;
         while damping >= SHORTEST {
             let step: Vec<f64> = step.iter().map(|step| damping * step).collect();
             let q = self.control.freedom.moved(&self.q, &step);
-            let rows = self.evaluate(&q, 0.0);
+            let rows = self.evaluated(&q, 0.0);
             let stays_defined = |index| rows.is_defined(index) || !self.rows.is_defined(index);
             if (0..rows.count()).all(stays_defined) && is_better(&rows) {
                 return Some((q, rows));

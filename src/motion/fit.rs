@@ -119,8 +119,7 @@ pub struct Fit {
     pub iterations: usize,
     /// At how many points F and F_x, or F_q too, have been evaluated in all.
     pub evaluations: u64,
-    /// The square root of the mean of the squared distances |F|/|F_x|, none counted as more than the
-    /// diagonal of the points' box; 0 without points.
+    /// The square root of the mean of the squared distances |F|/|F_x|; 0 without points.
     pub rms: f64,
     /// The largest distance, in the same sense.
     pub max: f64,
@@ -461,7 +460,13 @@ impl Search<'_> {
 
     /// What became of it.
     fn report(self, end: End, given: usize) -> Fit {
-        let distances = self.distances();
+        let slopes = self.rows.values.iter().zip(&self.rows.gradients);
+        let distances: Vec<f64> = slopes
+            .map(|(value, gradient)| match *value == 0.0 {
+                true => 0.0,
+                false => value.abs() / length(*gradient),
+            })
+            .collect();
         let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
         let mut normal = Normal::new(&self.rows, &self.weights, &self.free, self.q.len());
         for unknown in self.without_effect(&normal) {

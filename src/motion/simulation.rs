@@ -13,10 +13,14 @@ use super::metric::{Metric, sensitivity};
 use super::{Advance, Control, Freedom, MotionError, Pin, advance, toward_rest};
 use crate::engine::{CompiledField, Field, Monitor, Program};
 use crate::geometry::Samples;
+use crate::math::scalar;
 use crate::sample::{Followed, Followers, Options, SampleError, Statistics};
 
 /// Of so many floaters, evenly picked, the sensitivity of parameters is learnt.
 const PROBES: usize = 256;
+
+/// While the surface moves a survey is made every so many steps.
+const SURVEY: u64 = 4;
 
 /// What a small change of q is, for a surface that moves.
 #[derive(Clone, Debug)]
@@ -100,11 +104,13 @@ impl ControlPoint {
 
     fn arrive(&mut self, position: DVec3, time: f64) {
         self.position = position;
-        // What is left of the time is rounding if it is a tiny part of the step.
-        self.goal = self
-            .goal
-            .map(|(goal, left)| (goal, left - time))
-            .filter(|(_, left)| *left > 1e-9 * time);
+        if time > 0.0 {
+            // What is left of the time is rounding if it is a tiny part of the step.
+            self.goal = self
+                .goal
+                .map(|(goal, left)| (goal, left - time))
+                .filter(|(_, left)| *left > 1e-9 * time);
+        }
     }
 }
 
@@ -292,14 +298,12 @@ impl Simulation {
         self.check_recording()?;
         let before = self.q.clone();
         let advance = self.advance(time, path)?;
-        let followed = self
+        let mut followed = self
             .followers
             .follow(&self.program, [&before, &self.q], monitor)?;
-        if self.followers.is_empty() && before != self.q {
-            self.followers.search(&self.field(), monitor)?;
-        }
         self.time += time;
         self.steps += 1;
+        self.survey(&before, &mut followed, monitor)?;
         if self
             .film
             .as_ref()
@@ -318,6 +322,26 @@ impl Simulation {
         })
     }
 
+    /// Looks for parts of the surface that no floater is on: now and then, and when some were lost.
+    fn survey(
+        &mut self,
+        before: &[f64],
+        followed: &mut Followed,
+        monitor: &dyn Monitor,
+    ) -> Result<(), SimulationError> {
+        let is_moving = before != self.q;
+        let is_due = self.steps.is_multiple_of(SURVEY) && is_moving;
+        if is_due || followed.lost > 0 || (self.followers.is_empty() && is_moving) {
+            let pins: Vec<DVec3> = self.pins.iter().flatten().map(|pin| pin.position).collect();
+            let field = self.field();
+            self.followers.survey(&field, &pins, followed);
+            if self.followers.is_empty() {
+                self.followers.search(&field, monitor)?;
+            }
+        }
+        Ok(())
+    }
+
     /// Moves the surface and the control points.
     fn advance(
         &mut self,
@@ -326,7 +350,11 @@ impl Simulation {
     ) -> Result<Option<Advance>, SimulationError> {
         let mut desired = vec![0.0; self.q.len()];
         if let Some((rest, rate)) = &self.setting.rest {
-            desired = toward_rest(&self.q, rest, *rate);
+            // So fast that after the step the exponential part of the way is left, however long it is.
+            let part = 1.0 - scalar::exp(-rate * time);
+            if time > 0.0 {
+                desired = toward_rest(&self.q, rest, part / time);
+            }
         }
         let is_free = self.pins.iter().all(Option::is_none);
         match path {

@@ -35,6 +35,7 @@ mod refinement;
 mod repulsion;
 mod run;
 mod seeds;
+mod survey;
 
 use glam::DVec3;
 

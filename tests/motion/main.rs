@@ -13,3 +13,4 @@ mod control;
 mod fields;
 
 mod fit;
+mod simulation;

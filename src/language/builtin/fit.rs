@@ -42,6 +42,10 @@ fn fit(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         let expected = format!("a list of points of {dimension} coordinates, or samples");
         arguments.expected(&expected, "points", &value)
     })?;
+    if let Some(index) = points.iter().position(|point| !point.is_finite()) {
+        let message = format!("the point {index} has a coordinate that is not finite");
+        return Err(arguments.bad("points", message));
+    }
     if points.is_empty() {
         let message = "there is no point to fit the field to".to_owned();
         return Err(arguments.bad("points", message));

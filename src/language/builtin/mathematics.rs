@@ -147,7 +147,7 @@ pub(super) const TABLE: &[Builtin] = &[
     mathematical(
         "step",
         &["edge", "x"],
-        "0 where x < edge, else 1.",
+        "0 where x < edge, else 1. With a simulation in the place of the numbers it lets time pass: `step(sim, dt = 0.03, steps = 1)`.",
         |session, arguments| {
             let [edge, x] = ["edge", "x"].map(|name| arguments.value(name));
             apply(&mut session.graph, Op::LessEqual, &[edge, x])

@@ -27,6 +27,7 @@ pub use arguments::Arguments;
 pub use choices::choices;
 pub(crate) use script::file_failure;
 
+use super::function::Argument;
 use super::session::Session;
 use super::value::{Outcome, Value};
 use crate::graph::Op;
@@ -176,6 +177,24 @@ pub fn all() -> &'static [&'static Builtin] {
 pub fn sections() -> impl Iterator<Item = (&'static str, &'static [Builtin])> {
     let elementary = ("Elementary functions", mathematics::operations());
     std::iter::once(elementary).chain(SECTIONS.iter().copied())
+}
+
+/// Of two functions of one name the one that the arguments are for: `step` lets a simulation go on, and is
+/// GLSL's step of numbers.
+pub(in crate::language) fn suited(
+    builtin: &'static Builtin,
+    arguments: &[Argument],
+) -> &'static Builtin {
+    let moves = |builtin: &Builtin| builtin.parameters.first() == Some(&"sim");
+    let of_simulation = arguments
+        .iter()
+        .any(|argument| matches!(argument.value, Value::Simulation(_)));
+    if builtin.name != motion::STEP || moves(builtin) == of_simulation {
+        return builtin;
+    }
+    let mut others = all().iter().copied();
+    let other = others.find(|other| other.name == builtin.name && moves(other) == of_simulation);
+    other.unwrap_or(builtin)
 }
 
 /// The function of that name.

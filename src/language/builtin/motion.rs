@@ -18,6 +18,9 @@ use crate::language::value::{Outcome, Value, failure};
 use crate::motion::{Measure, Metric, PinState, Setting, Simulation, SimulationError, Step};
 use crate::sample;
 
+/// A name that numbers know, too.
+pub(super) const STEP: &str = "step";
+
 /// The paper's time step.
 const TIME_STEP: f64 = 0.03;
 
@@ -40,7 +43,7 @@ pub(super) const TABLE: &[Builtin] = &[
         simulate,
     ),
     action(
-        "step",
+        STEP,
         &["sim", "dt = 0.03", "steps = 1"],
         "Lets so much time pass, so many times: the surface moves, control points keep it, and floaters follow, split and die. Gives the simulation.",
         step,
@@ -307,7 +310,8 @@ fn warn(session: &mut Session, arguments: &Arguments, set: &SimulationSet, step:
         tell(
             Code::NotFollowed,
             format!("at time {time}: {}{bounds}", missed.join(", ")),
-            "control points that contradict each other, or more of them than parameters, are met as nearly as can be",
+            "control points that contradict each other, or more of them than parameters, are met as nearly as can be, \
+             some steps later",
         );
     }
     if (step.vanished || step.full) && !before.lost {
@@ -315,14 +319,15 @@ fn warn(session: &mut Session, arguments: &Arguments, set: &SimulationSet, step:
             true => format!("at time {time} the surface has vanished: no floater is left"),
             false => format!(
                 "at time {time} there are as many floaters as there may be, {}: the surface may be \
-                 unbounded, and is not covered",
+                 unbounded, or needs a larger `count` at the beginning; it is not covered",
                 simulation.followers().len()
             ),
         };
         tell(
             Code::LostSurface,
             message,
-            "the simulation can go on; a surface that is there again is searched for",
+            "the simulation can go on; a surface that is there again is searched for where it was before, \
+             and within `bounds`, if they are given",
         );
     }
     if step.followed.rough && !before.rough {

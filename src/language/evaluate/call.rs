@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use crate::diagnostic::{Code, Span, suggest};
-use crate::language::builtin::{Arguments, Builtin};
+use crate::language::builtin::{Arguments, Builtin, suited};
 use crate::language::field::FieldValue;
 use crate::language::function::{
     Argument, At, Closure, FunctionValue, Rule, match_arguments, parameter_names,
@@ -271,6 +271,7 @@ impl Session {
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
+        let builtin = suited(builtin, &arguments);
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
         let weights = arguments.iter().map(|argument| weight(&argument.value));
         self.count_work(weights.sum(), span)?;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::{Property, count, hidden, number, points, shown};
 use crate::language::field::FieldValue;
 use crate::language::value::Value;
-use crate::motion::{Fit, Simulation, Solver, Step};
+use crate::motion::{End, Fit, Simulation, Solver, Step};
 use crate::sample::Times;
 
 /// A moving surface: the one value of the language that changes, by `step`, `pin` and the like.
@@ -97,13 +97,13 @@ pub(super) const SIMULATION: &[Property<SimulationSet>] = &[
         count(set.simulation.borrow().followers().len())
     }),
     shown("births", |set| {
-        last(set, |step| number(step.followed.births as f64))
+        number(last(set, |step| Some(step.followed.births)).unwrap_or(0) as f64)
     }),
     shown("deaths", |set| {
-        last(set, |step| number(step.followed.deaths as f64))
+        number(last(set, |step| Some(step.followed.deaths)).unwrap_or(0) as f64)
     }),
     shown("lost", |set| {
-        last(set, |step| number(step.followed.lost as f64))
+        number(last(set, |step| Some(step.followed.lost)).unwrap_or(0) as f64)
     }),
     shown("max_residual", |set| {
         let residuals = set.simulation.borrow().followers().samples().residuals;
@@ -113,7 +113,14 @@ pub(super) const SIMULATION: &[Property<SimulationSet>] = &[
     shown("pin_residual", |set| {
         let pins = set.simulation.borrow().pins();
         let residuals = pins.iter().map(|(_, _, residual)| *residual);
-        (!pins.is_empty()).then(|| Value::Number(residuals.fold(0.0, f64::max)))
+        let largest = |a: f64, b: f64| {
+            if a.is_nan() || b.is_nan() {
+                f64::NAN
+            } else {
+                a.max(b)
+            }
+        };
+        (!pins.is_empty()).then(|| Value::Number(residuals.fold(0.0, largest)))
     }),
     shown("solver", |set| {
         last(set, |step| Some(solver(step.advance.as_ref()?.solver)))
@@ -122,8 +129,8 @@ pub(super) const SIMULATION: &[Property<SimulationSet>] = &[
         last(set, |step| count(step.advance.as_ref()?.rank))
     }),
     shown("at_bounds", |set| {
-        let places = last(set, |step| Some(step.advance.as_ref()?.at_bounds.clone()))?;
-        (!places.is_empty()).then(|| texts(set.names(&places)))
+        let places = last(set, |step| Some(step.advance.as_ref()?.at_bounds.clone()));
+        Some(texts(set.names(&places.unwrap_or_default())))
     }),
     shown("frames", |set| {
         let frames = set.simulation.borrow().frames().len();
@@ -200,8 +207,8 @@ fn phases(Times(times): &Times) -> Value {
 
 pub(super) const FIT: &[Property<FitSet>] = &[
     shown("converged", |set| Some(Value::Bool(set.fit.converged()))),
-    shown("residual", |set| number(set.fit.rms)),
-    shown("max_residual", |set| number(set.fit.max)),
+    shown("residual", |set| defined(set, set.fit.rms)),
+    shown("max_residual", |set| defined(set, set.fit.max)),
     shown("iterations", |set| count(set.fit.iterations)),
     shown("evaluations", |set| number(set.fit.evaluations as f64)),
     shown("rank", |set| count(set.fit.rank)),
@@ -211,6 +218,12 @@ pub(super) const FIT: &[Property<FitSet>] = &[
     hidden("q", |set| Some(Value::numbers(set.fit.q.iter().copied()))),
     hidden("names", |set| Some(texts(set.names.iter().cloned()))),
 ];
+
+/// A residual, unless there is no point at which the field is a number.
+fn defined(set: &FitSet, residual: f64) -> Option<Value> {
+    let known = set.fit.end != End::Undefined;
+    known.then_some(Value::Number(residual))
+}
 
 /// The names of some parameters; nothing without any.
 fn named(set: &FitSet, places: &[usize]) -> Option<Value> {
