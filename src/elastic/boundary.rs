@@ -87,7 +87,9 @@ pub(super) fn edges(dimension: usize, simplices: &[[u32; 4]]) -> Vec<[u32; 2]> {
 /// The number of pieces that share no node. Every node belongs to a simplex.
 pub(super) fn pieces(nodes: usize, simplices: &[[u32; 4]]) -> usize {
     let mut sets = DisjointSets::new(nodes as u32);
-    let joined = simplices.iter().flat_map(|&[a, b, c, d]| [(a, b), (a, c), (a, d)]);
+    let joined = simplices
+        .iter()
+        .flat_map(|&[a, b, c, d]| [(a, b), (a, c), (a, d)]);
     nodes - joined.filter(|&(a, b)| sets.union(a, b)).count()
 }
 
@@ -107,7 +109,10 @@ pub(super) fn separate(
         4 * face.simplex + place.unwrap_or(0) as u32
     };
     let sorted = sorted_faces(dimension, &simplices);
-    for pair in sorted.windows(2).filter(|pair| pair[0].nodes == pair[1].nodes) {
+    for pair in sorted
+        .windows(2)
+        .filter(|pair| pair[0].nodes == pair[1].nodes)
+    {
         for node in pair[0].nodes {
             corners.union(corner_of(&pair[0], node), corner_of(&pair[1], node));
         }

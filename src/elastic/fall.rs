@@ -53,7 +53,7 @@ impl Drop {
                 density,
                 stiffness,
                 volume_stiffness: stiffness,
-                damping: 0.03,
+                damping: 0.01,
             },
             ground: Ground {
                 gravity,

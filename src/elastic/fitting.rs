@@ -42,11 +42,7 @@ pub(super) struct Fitted {
 
 /// The points of F = 0 to which steps −F F_x/|F_x|² lead from these places, if they are within
 /// reach; and the number of evaluations.
-pub(super) fn feet(
-    field: &dyn Field,
-    places: &[DVec3],
-    reach: f64,
-) -> (Vec<Option<DVec3>>, usize) {
+pub(super) fn feet(field: &dyn Field, places: &[DVec3], reach: f64) -> (Vec<Option<DVec3>>, usize) {
     let batches: Vec<(Vec<Option<DVec3>>, usize)> = places
         .par_chunks(BATCH)
         .map(|batch| feet_of_batch(field, batch, reach))
@@ -67,19 +63,14 @@ fn feet_of_batch(field: &dyn Field, starts: &[DVec3], reach: f64) -> (Vec<Option
             break;
         }
         evaluations += active.len();
-        let columns = [0, 1, 2].map(|axis| -> Vec<f64> {
-            active.iter().map(|&place| places[place][axis]).collect()
-        });
+        let columns = [0, 1, 2]
+            .map(|axis| -> Vec<f64> { active.iter().map(|&place| places[place][axis]).collect() });
         let columns = columns.each_ref().map(Vec::as_slice);
         let mut values = vec![0.0; active.len()];
         let mut gradients = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; active.len()]);
         let [x, y, z] = &mut gradients;
         let mut slices = [&mut x[..], &mut y[..], &mut z[..]];
-        field.gradients(
-            &columns[..dimension],
-            &mut values,
-            &mut slices[..dimension],
-        );
+        field.gradients(&columns[..dimension], &mut values, &mut slices[..dimension]);
         let mut going = Vec::new();
         for (number, &place) in active.iter().enumerate() {
             let gradient = DVec3::from_array([0, 1, 2].map(|axis| gradients[axis][number]));

@@ -7,7 +7,8 @@
 //! Of it, the simplices are kept that reach into the solid by a quarter of a cell. Their nodes
 //! outside, and those that are nearer to the surface than that, are moved onto the surface as far as no
 //! simplex becomes flat. Where that is not far enough the boundary deviates from F = 0 by less than
-//! a cell, and such nodes are counted. What is thinner than half a cell is lost.
+//! a cell, and such nodes are counted. What is thinner than half a cell is lost, and of a sharp edge up to
+//! half of the square of a cell's side.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -48,11 +49,11 @@ pub struct Division {
 }
 
 impl Division {
-    /// Cells of a twentieth of the longest side, and at most four million.
+    /// Cells of a twelfth of the longest side, and at most four million.
     pub fn new(bounds: Bounds) -> Division {
         Division {
             bounds,
-            cell: bounds.size().max_element() / 20.0,
+            cell: bounds.size().max_element() / 12.0,
             cell_limit: 1 << 22,
         }
     }
@@ -291,11 +292,7 @@ impl Grid {
     }
 
     /// F at all points.
-    fn evaluate(
-        &self,
-        field: &dyn Field,
-        monitor: &dyn Monitor,
-    ) -> Result<Vec<f64>, ElasticError> {
+    fn evaluate(&self, field: &dyn Field, monitor: &dyn Monitor) -> Result<Vec<f64>, ElasticError> {
         let layer = self.strides[self.dimension - 1];
         let mut values = vec![0.0; self.len()];
         values

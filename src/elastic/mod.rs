@@ -32,7 +32,9 @@ pub enum ElasticError {
         bounds: usize,
     },
     /// The cells do not fit into the box.
-    #[error("the cell must be greater than 0 and at most as large as the shortest side of the box, {side}, but it is {cell}")]
+    #[error(
+        "the cell must be greater than 0 and at most as large as the shortest side of the box, {side}, but it is {cell}"
+    )]
     Cell {
         /// The side of a cell.
         cell: f64,
@@ -62,7 +64,9 @@ pub enum ElasticError {
         points: usize,
     },
     /// The solid is too thin for the cells.
-    #[error("the solid is too thin for cells of {cell}: no point of the grid is a quarter of a cell inside")]
+    #[error(
+        "the solid is too thin for cells of {cell}: no point of the grid is a quarter of a cell inside"
+    )]
     Thin {
         /// The side of a cell.
         cell: f64,

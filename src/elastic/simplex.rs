@@ -6,7 +6,7 @@ use glam::DVec3;
 /// repeated.
 pub fn measure(dimension: usize, [a, b, c, d]: [DVec3; 4]) -> f64 {
     match dimension {
-        2 => 0.5 * (b - a).perp_dot_xy(c - a),
+        2 => 0.5 * (b - a).cross(c - a).z,
         _ => (b - a).dot((c - a).cross(d - a)) / 6.0,
     }
 }
@@ -43,16 +43,5 @@ pub fn quality(dimension: usize, corners: [DVec3; 4]) -> f64 {
     match regular > 0.0 {
         true => measure(dimension, corners) / regular,
         false => 0.0,
-    }
-}
-
-/// The part of a cross product that lies along the third axis.
-trait PerpDot {
-    fn perp_dot_xy(self, other: Self) -> f64;
-}
-
-impl PerpDot for DVec3 {
-    fn perp_dot_xy(self, other: DVec3) -> f64 {
-        self.x * other.y - self.y * other.x
     }
 }

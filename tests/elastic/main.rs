@@ -3,3 +3,5 @@
 mod solids;
 
 mod lattice;
+
+mod motion;

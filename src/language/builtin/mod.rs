@@ -7,6 +7,7 @@
 mod arguments;
 mod calculus;
 mod choices;
+mod elastic;
 mod extent;
 mod geometry;
 mod inspection;
@@ -80,6 +81,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Differential geometry", geometry::TABLE),
     ("Samples", samples::TABLE),
     ("Motion and control", motion::TABLE),
+    ("Solids that fall", elastic::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),
