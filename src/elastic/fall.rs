@@ -27,7 +27,7 @@ pub struct Drop {
     pub ground: Ground,
     /// How high above the ground its lowest point is at the beginning.
     pub height: f64,
-    /// For how long.
+    /// For how long, at least: until the first frame that is not earlier.
     pub time: f64,
     /// The time from frame to frame.
     pub every: f64,
@@ -155,7 +155,7 @@ impl Fall {
             broken: None,
             skin,
         };
-        fall.take(&mut body);
+        fall.take(&mut body, drop.every);
         let heights = body.positions();
         let up = lattice.dimension - 1;
         let top = heights.iter().map(|place| place[up]).fold(0.0, f64::max);
@@ -176,7 +176,7 @@ impl Fall {
                 }
                 touched = lowest <= 0.0 || (touched && lowest <= clearance);
             }
-            fall.take(&mut body);
+            fall.take(&mut body, drop.every);
             if !(fall.energy_error() <= TOLERANCE) {
                 fall.frames.pop();
                 fall.broken = Some(body.time());
@@ -187,20 +187,16 @@ impl Fall {
         Ok(fall)
     }
 
-    fn take(&mut self, body: &mut Body) {
+    /// Adds a frame, so long after the last one.
+    fn take(&mut self, body: &mut Body, every: f64) {
         let frame = Frame {
-            time: self.frames.len() as f64 * self.step * self.steps_between(),
+            time: self.frames.len() as f64 * every,
             energy: body.energy(self.step),
             places: self.skin.places(&body.positions()),
         };
         self.lowest = self.lowest.min(body.lowest());
         self.inverted = self.inverted.max(body.inverted());
         self.frames.push(frame);
-    }
-
-    /// Steps from frame to frame.
-    fn steps_between(&self) -> f64 {
-        self.steps as f64 / self.frames.len().max(1) as f64
     }
 
     /// The greatest difference of the total energy from that of the beginning, in parts of it.
