@@ -8,8 +8,10 @@ use common::imp;
 
 fn examples() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(folder)
-        .unwrap()
+    let folders = [folder.clone(), folder.join("witkin-heckbert")];
+    let mut files: Vec<PathBuf> = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).unwrap())
         .map(|entry| entry.unwrap().path())
         .filter(|path| path.extension().is_some_and(|extension| extension == "imp"))
         .collect();
@@ -31,7 +33,7 @@ fn every_example_runs_to_its_asserts() {
         assert_eq!(run.code, 0, "{}\n{}", file.display(), run.stderr);
         let text = std::fs::read_to_string(&file).unwrap();
         assert!(text.contains("assert("), "{} shows nothing", file.display());
-        let exports = text.matches("export(").count();
+        let exports = text.matches("export(").count() + text.matches(".png\"").count();
         let written = std::fs::read_dir(output.path()).unwrap().count();
         assert_eq!(written, exports, "{}", file.display());
     }

@@ -11,9 +11,10 @@
 //!   c² = E/ρ are about the slowest vibration of a body of length l. So ζ is the
 //!   share of critical damping of that vibration.
 //! * **The ground** is a plane in which nodes leave a dent: the force of a node of mass m at the depth δ is m Ω² δ while
-//!   it goes deeper, and falls along a line that is steeper by 1/e² when it comes back (Walton and Braun, "Viscosity, granular-temperature, and
-//!   stress calculations for shearing assemblies of inelastic, frictional disks", 1986, equation 3): so e², and for a body that is stiff against the ground the restitution
-//!   e, does not depend on mass or speed. Ω is such that a node alone would leave a dent of a twentieth of a cell.
+//!   it goes deeper, and falls along a line that is steeper by 1/e² when it comes back (Walton
+//!   and Braun, "Viscosity, granular-temperature, and stress calculations for shearing assemblies of inelastic,
+//!   frictional disks", 1986): so e², and for a body that is stiff against the ground the restitution e, does not
+//!   depend on mass or speed. Ω is such that a node alone would leave a dent of a twentieth of a cell.
 //!   Friction is Coulomb's.
 //!
 //! **Time** goes on by Euler's method as in the paper's section 5, but the semi-implicit one: positions move with the new

@@ -121,9 +121,9 @@ pub(super) fn separate(
     let mut taken = vec![false; nodes.len()];
     let mut origins: Vec<u32> = (0..nodes.len() as u32).collect();
     for (number, simplex) in simplices.iter_mut().enumerate() {
-        for place in 0..=dimension {
+        for (place, corner) in simplex.iter_mut().enumerate().take(dimension + 1) {
             let set = corners.find((4 * number + place) as u32) as usize;
-            let node = simplex[place];
+            let node = *corner;
             if numbers[set] == u32::MAX {
                 numbers[set] = match std::mem::replace(&mut taken[node as usize], true) {
                     false => node,
@@ -133,7 +133,7 @@ pub(super) fn separate(
                     }
                 };
             }
-            simplex[place] = numbers[set];
+            *corner = numbers[set];
         }
         if dimension == 2 {
             simplex[3] = simplex[2];

@@ -126,8 +126,7 @@ impl Fall {
         let frames = (drop.time / drop.every * (1.0 - 1e-12)).ceil();
         let between = (drop.every / body.stable_step()).ceil().max(1.0);
         let steps = frames * between;
-        // The negation also refuses what is not a number.
-        if !(steps <= drop.step_limit as f64) {
+        if steps > drop.step_limit as f64 {
             let limit = drop.step_limit;
             return Err(ElasticError::TooManySteps { steps, limit });
         }
@@ -177,7 +176,8 @@ impl Fall {
                 touched = lowest <= 0.0 || (touched && lowest <= clearance);
             }
             fall.take(&mut body, drop.every);
-            if !(fall.energy_error() <= TOLERANCE) {
+            let error = fall.energy_error();
+            if error.is_nan() || error > TOLERANCE {
                 fall.frames.pop();
                 fall.broken = Some(body.time());
                 break;

@@ -4,6 +4,8 @@ use super::block::Scalars;
 use super::kernel::Kernel;
 use super::slopes::SlopeScalars;
 use super::{Field, Program};
+use crate::graph::NodeId;
+use crate::graph::derive;
 use crate::graph::interval::{Enclosure, Interval};
 use std::sync::{Arc, OnceLock};
 
@@ -81,6 +83,28 @@ impl CompiledField {
                 gradients,
             );
         }
+    }
+
+    /// The first derivatives of F along the axes, as fields of their own at the same q. They run in
+    /// blocks, so that nothing is compiled.
+    pub fn derivatives(&self) -> Vec<CompiledField> {
+        let dimension = self.program.dimension();
+        let along = |axis: usize| {
+            let program = self.program.derived(dimension, |graph, roots, _| {
+                let variables: Vec<NodeId> =
+                    (0..dimension).map(|axis| graph.coordinate(axis)).collect();
+                let gradient = roots
+                    .first()
+                    .map(|&root| derive::reverse(graph, root, &variables));
+                gradient.into_iter().flatten().skip(axis).take(1).collect()
+            });
+            let places = program.parameters().iter();
+            let q = places
+                .filter_map(|&place| self.q.get(place as usize).copied())
+                .collect();
+            CompiledField::new(Arc::new(program), q)
+        };
+        (0..dimension).map(along).collect()
     }
 
     /// F at a batch of points in single precision; see [`Program::evaluate_batch_f32`], whose

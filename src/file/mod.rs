@@ -368,7 +368,7 @@ mod tests {
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
                         STL meshes, PLY meshes, PLY samples, \
                         CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
-                        PNG pictures";
+                        PNG animations, PNG pictures";
         assert_eq!(written.join(", "), expected);
     }
 

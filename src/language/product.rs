@@ -254,6 +254,7 @@ const SAMPLES: &[Property<SampleSet>] = &[
         number(creases.undecided as f64)
     }),
     shown("lines", |set| number(lines(set)?.drawn as f64)),
+    hidden("vanishing", |set| number(lines(set)?.vanishing as f64)),
     shown("length", |set| in_plane(set, lines(set)?.area, |e| e.value)),
     shown("length_error", |set| {
         in_plane(set, lines(set)?.area, |e| e.error)

@@ -1,9 +1,10 @@
 //! Control points: the surface goes where it is pulled.
 //!
-//! [`follow`] is equations 7 and 8 of Witkin and Heckbert: the q̇ nearest to a desired one with which the surface
-//! keeps up with points that move. [`advance`] makes a step of it. The linear equations predict the new q; then Newton
-//! corrections, which are the same equations for points that have arrived, put the surface on the points to
-//! rounding, where feedback alone leaves it behind. Steps for which F is not nearly linear are cut.
+//! [`follow`] is equations 7 and 8 of Witkin and Heckbert: the q̇ nearest to a desired one with which
+//! the surface keeps up with points that move. [`advance`] makes a step of it. The linear equations
+//! predict the new q; then Newton corrections, which are the same equations for points that have
+//! arrived, put the surface on the points to rounding, where feedback alone leaves it behind. Steps for
+//! which F is not nearly linear are cut.
 
 use std::sync::Arc;
 
@@ -16,12 +17,12 @@ use super::metric::Metric;
 use super::rows::{Rows, length};
 use crate::engine::{CompiledField, Field};
 
-/// A constraint whose violation is more than this part of its terms has not been satisfied: four digits above what
-/// the worst conditioned system that is solved leaves.
+/// A constraint whose violation is more than this part of its terms has not been satisfied: four digits
+/// above what the worst conditioned system that is solved leaves.
 const VIOLATION: f64 = 1e-6;
 
 /// A prediction is trusted while F differs from it by at most this part of the motions that it adds up.
-const TRUST: f64 = 0.5;
+const TRUST: f64 = 0.25;
 
 /// The shortest part of a step that is tried, and the smallest damping of a correction.
 const SHORTEST: f64 = 1.0 / 64.0;
@@ -29,11 +30,12 @@ const SHORTEST: f64 = 1.0 / 64.0;
 /// How many corrections a part of a step may take. Newton's method needs two or three.
 const CORRECTIONS: usize = 12;
 
-/// A correction must lower the sum of squares to this part, or the next one is not worth its evaluation: what is left then
-/// cannot be satisfied.
+/// A correction must lower the sum of squares to this part, or the next one is not worth its
+/// evaluation: what is left then cannot be satisfied.
 const PROGRESS: f64 = 0.5;
 
-/// In sums over points no distance counts more than this times the median one, or less than one part in so many.
+/// In sums over points no distance counts more than this times the median one, or less than one part in
+/// so many.
 const LARGEST_WEIGHT: f64 = 1e3;
 
 /// A control point.
@@ -52,15 +54,16 @@ pub struct Control {
     pub metric: Metric,
     /// What may change.
     pub freedom: Freedom,
-    /// φ, how fast a point that is off the surface comes back to it, per time. [`advance`] never takes more than the
-    /// whole distance back in a step.
+    /// φ, how fast a point that is off the surface comes back to it, per time. [`advance`] never takes
+    /// more than the whole distance back in a step.
     pub feedback: f64,
     /// The distance |F|/|F_x| at which a point counts as on the surface.
     pub tolerance: f64,
 }
 
 impl Control {
-    /// The identity as the metric, all of `count` parameters free, the paper's φ = 15, and this tolerance.
+    /// The identity as the metric, all of `count` parameters free, the paper's φ = 15, and this
+    /// tolerance.
     pub fn new(count: usize, tolerance: f64) -> Control {
         Control {
             metric: Metric::identity(),
@@ -89,8 +92,9 @@ pub enum PinState {
 pub struct PinReport {
     /// What became of it.
     pub state: PinState,
-    /// From [`follow`] the speed at which surface and point part, length per time; from [`advance`] the distance |F|/|F_x|
-    /// between them. Infinite where that is not known, or F_x vanishes and F does not.
+    /// From [`follow`] the speed at which surface and point part, length per time; from [`advance`] the
+    /// distance |F|/|F_x| between them. Infinite where that is not known, or F_x vanishes and F does
+    /// not.
     pub residual: f64,
 }
 
@@ -138,8 +142,9 @@ pub fn toward_rest(q: &[f64], rest: &[f64], rate: f64) -> Vec<f64> {
     q.iter().zip(rest).map(velocity).collect()
 }
 
-/// The q̇ nearest to `desired` (Q) with which the surface keeps up with the pins, F_x·ṗ + F_q·q̇ + φF = 0 at each.
-/// Costs an evaluation of F_q at each of n pins, n² products of its rows and n³/3 operations.
+/// The q̇ nearest to `desired` (Q) with which the surface keeps up with the pins, F_x·ṗ + F_q·q̇ + φF =
+/// 0 at each. Costs an evaluation of F_q at each of n pins, n² products of its rows and n³/3
+/// operations.
 ///
 /// # Errors
 ///
@@ -155,24 +160,11 @@ pub fn follow(
     let positions: Vec<DVec3> = pins.iter().map(|pin| pin.position).collect();
     let rows = Rows::evaluate(field, &positions);
     let weights = weights(&rows, field.dimension(), pins);
-    let motions: Vec<f64> = (0..pins.len())
-        .map(|index| flat(field, rows.gradients[index]).dot(flat(field, pins[index].velocity)))
-        .collect();
-    let targets: Vec<f64> = motions
-        .iter()
-        .zip(&rows.values)
-        .map(|(motion, value)| -(motion + control.feedback * value))
-        .collect();
-    // Nothing is known of how long the velocity will last: it matters only where there is no room at all.
-    let speed = |distance: f64| {
-        if distance == 0.0 {
-            0.0
-        } else {
-            f64::INFINITY * distance
-        }
+    let target = |(index, pin): (usize, &Pin)| {
+        let motion = rows.gradients[index].dot(flat(field, pin.velocity));
+        -(motion + control.feedback * rows.values[index])
     };
-    let room = control.freedom.room(q);
-    let room: Vec<[f64; 2]> = room.iter().map(|room| room.map(speed)).collect();
+    let targets: Vec<f64> = pins.iter().enumerate().map(target).collect();
     let change = least_change(&Problem {
         rows: &rows.sparse,
         targets: &targets,
@@ -180,29 +172,27 @@ pub fn follow(
         desired,
         metric: &control.metric,
         freedom: &control.freedom,
-        room: &room,
+        room: &control.freedom.speeds(q),
     });
-    let report = |index: usize| {
+    let report = |(index, pin): (usize, &Pin)| {
         let slope = length(rows.gradients[index]);
         let left = (rows.product(index, &change.step) - targets[index]).abs();
-        let speed = slope * length(flat(field, pins[index].velocity));
-        let terms =
-            speed + (control.feedback * rows.values[index]).abs() + terms(&rows, index, &change);
+        let sizes = slope * length(flat(field, pin.velocity))
+            + (control.feedback * rows.values[index]).abs()
+            + terms(&rows, index, &change);
         let state = match () {
             () if weights[index] == 0.0 => PinState::Undefined,
-            () if left <= VIOLATION * terms => PinState::Followed,
+            () if left <= VIOLATION * sizes => PinState::Followed,
             () if !change.is_reachable[index] => PinState::Unreachable,
             () => PinState::Missed,
         };
-        PinReport {
-            state,
-            residual: distance(left, slope),
-        }
+        let residual = distance(left, slope);
+        PinReport { state, residual }
     };
     let held = |&place: &usize| change.step[place] == 0.0;
     let at_bounds = control.freedom.at_bounds(q);
     Ok(Follow {
-        pins: (0..pins.len()).map(report).collect(),
+        pins: pins.iter().enumerate().map(report).collect(),
         at_bounds: at_bounds.into_iter().filter(held).collect(),
         solver: change.solver,
         rank: change.rank,
@@ -212,8 +202,9 @@ pub fn follow(
 
 /// Moves the pins by their velocities for a time, and the surface with them.
 ///
-/// Where F is not nearly linear over the step it is made in shorter ones, down to a 64th. Pins move in any case; where
-/// the surface cannot follow them q stays the best that was found, and the report says which they are.
+/// Where F is not nearly linear over the step it is made in shorter ones, down to a 64th. Pins move in
+/// any case; where the surface cannot follow them q stays the best that was found, and the report says
+/// which they are.
 ///
 /// # Errors
 ///
@@ -281,7 +272,8 @@ fn distance(value: f64, slope: f64) -> f64 {
     }
 }
 
-/// 1/|F_x|, which makes distances of values of F, within limits; 0 where something is undefined or a pin is not finite.
+/// 1/|F_x|, which makes distances of values of F, within limits; 0 where something is undefined or a
+/// pin is not finite.
 fn weights(rows: &Rows, dimension: usize, pins: &[Pin]) -> Vec<f64> {
     let usable: Vec<usize> = (0..rows.count())
         .filter(|&index| {
@@ -392,7 +384,8 @@ impl Walk<'_> {
         change
     }
 
-    /// The linear equations' q after this time and the field there; none if F is too far from what they predict.
+    /// The linear equations' q after this time and the field there; none if F is too far from what they
+    /// predict.
     fn predict(&mut self, desired: &[f64], time: f64) -> Option<(Vec<f64>, Rows)> {
         let feedback = (self.control.feedback * time).min(1.0);
         let count = self.pins.len();
@@ -429,8 +422,8 @@ impl Walk<'_> {
         (0..count).all(is_trusted).then_some((q, rows))
     }
 
-    /// Newton's method for F = 0 at the pins, by least changes of q, until all pins are within the tolerance or
-    /// nothing is gained any more.
+    /// Newton's method for F = 0 at the pins, by least changes of q, until all pins are within the
+    /// tolerance or nothing is gained any more.
     fn correct(&mut self) {
         let desired = vec![0.0; self.q.len()];
         for _ in 0..CORRECTIONS {
@@ -472,7 +465,8 @@ impl Walk<'_> {
         }
     }
 
-    /// The longest of the step, its half, and so on, at which the field is as wanted and defined where it was.
+    /// The longest of the step, its half, and so on, at which the field is as wanted and defined where
+    /// it was.
     fn damped(
         &mut self,
         step: &[f64],

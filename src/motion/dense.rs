@@ -1,4 +1,5 @@
-//! Dense symmetric systems: Cholesky's factorisation in blocks and in parallel, its condition, its rank.
+//! Dense symmetric systems: Cholesky's factorisation in blocks and in parallel, its condition, its
+//! rank.
 //!
 //! Every entry is computed by the same operations in the same order for any number of threads.
 
@@ -60,8 +61,8 @@ impl Symmetric {
         product
     }
 
-    /// The largest sum of the absolute entries of a row: the norm that goes with the largest
-    /// component, and for symmetric matrices also the one that goes with their sum.
+    /// The largest sum of the absolute entries of a row: the norm that goes with the largest component,
+    /// and for symmetric matrices also the one that goes with their sum.
     fn norm(&self) -> f64 {
         let mut sums = vec![0.0; self.size];
         for row in 0..self.size {
@@ -76,8 +77,8 @@ impl Symmetric {
         sums.into_iter().fold(0.0, f64::max)
     }
 
-    /// Eigenvalues with their eigenvectors, in no special order; none if the iteration does not converge,
-    /// as with entries that are not finite.
+    /// Eigenvalues with their eigenvectors, in no special order; none if the iteration does not
+    /// converge, as with entries that are not finite.
     pub(super) fn eigen(&self) -> Option<Vec<(f64, Vec<f64>)>> {
         if self.entries.iter().any(|entry| !entry.is_finite()) {
             return None;
@@ -106,7 +107,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factors the matrix: n³/3 operations on all threads. None where it is not positive definite to rounding.
+    /// Factors the matrix: n³/3 operations on all threads. None where it is not positive definite to
+    /// rounding.
     pub(super) fn new(mut matrix: Symmetric) -> Option<Cholesky> {
         let size = matrix.size;
         let norm = matrix.norm();
@@ -153,8 +155,8 @@ impl Cholesky {
         solution
     }
 
-    /// An estimate of the condition number in the 1-norm, hardly ever too small by more than a factor of 3: Higham,
-    /// "Accuracy and Stability of Numerical Algorithms", algorithm 15.1. Some solutions.
+    /// An estimate of the condition number in the 1-norm, hardly ever too small by more than a factor
+    /// of 3: Higham, "Accuracy and Stability of Numerical Algorithms", algorithm 15.1. Some solutions.
     pub(super) fn condition(&self) -> f64 {
         let size = self.lower.size;
         let mut vector = vec![1.0 / size as f64; size];
@@ -285,10 +287,11 @@ pub(super) fn dot(one: &[f64], other: &[f64]) -> f64 {
     sum
 }
 
-/// Which unknowns a positive semidefinite matrix with a diagonal of ones does not determine, and its rank:
-/// Cholesky's factorisation with the largest pivot first (Higham, "Accuracy and Stability of Numerical Algorithms", section
-/// 10.3), until what is left is at most `threshold`. Vectors that the matrix takes to 0 then have their last components as
-/// they like and the others as follows; an unknown is undetermined if it is in one of them.
+/// Which unknowns a positive semidefinite matrix with a diagonal of ones does not determine, and its
+/// rank: Cholesky's factorisation with the largest pivot first (Higham, "Accuracy and Stability of
+/// Numerical Algorithms", section 10.3), until what is left is at most `threshold`. Vectors that the
+/// matrix takes to 0 then have their last components as they like and the others as follows; an unknown
+/// is undetermined if it is in one of them.
 pub(super) fn undetermined(matrix: &Symmetric, threshold: f64) -> (usize, Vec<usize>) {
     let size = matrix.size;
     // Rows of L, which grow by one entry a round, in the matrix's own order.
@@ -348,7 +351,8 @@ pub(super) fn undetermined(matrix: &Symmetric, threshold: f64) -> (usize, Vec<us
 mod tests {
     use super::*;
 
-    /// A Gram matrix of `rank` pseudo-random vectors with `size` components, transposed: positive semidefinite.
+    /// A Gram matrix of `rank` pseudo-random vectors with `size` components, transposed: positive
+    /// semidefinite.
     fn gram(size: usize, rank: usize) -> Symmetric {
         let mut state = 1_u64;
         let mut random = || {

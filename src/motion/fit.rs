@@ -1,20 +1,22 @@
 //! Fitting: the parameters with which a zero set passes through given points, or as near as it can.
 //!
-//! What is made small is the sum of the squares of the first-order distances r = F/|F_x|, not of F itself: F can be
-//! made small everywhere without bringing the surface to any point, by blobs that flatten out or a factor that
-//! goes to 0, and it weighs points by how steep F happens to be there. The slopes |F_x| are taken to be fixed
-//! during an iteration and are renewed after it (iteratively reweighted least squares; Sampson, "Fitting conic sections
-//! to 'very scattered' data", 1982). Where points can't all be met the result is therefore where Σ F F_q/|F_x|²
-//! vanishes, which differs from the least distances by terms of the second order in the residuals.
+//! What is made small is the sum of the squares of the first-order distances r = F/|F_x|, not of F
+//! itself: F can be made small everywhere without bringing the surface to any point, by blobs that
+//! flatten out or a factor that goes to 0, and it weighs points by how steep F happens to be there. The
+//! slopes |F_x| are taken to be fixed during an iteration and are renewed after it (iteratively
+//! reweighted least squares; Sampson, "Fitting conic sections to 'very scattered' data", 1982). Where
+//! points can't all be met the result is therefore where Σ F F_q/|F_x|² vanishes, which differs from
+//! the least distances by terms of the second order in the residuals.
 //!
-//! Each iteration is one of Levenberg and Marquardt, with unknowns scaled by the columns of the Jacobian and the damping of
-//! Nielsen ("Damping parameter in Marquardt's method", 1999; Madsen, Nielsen and Tingleff, "Methods for non-linear least
-//! squares problems", algorithm 3.16). Damped steps are short where parameters are not determined, so these stay
-//! about where they are.
+//! Each iteration is one of Levenberg and Marquardt, with unknowns scaled by the columns of the
+//! Jacobian and the damping of Nielsen ("Damping parameter in Marquardt's method", 1999; Madsen,
+//! Nielsen and Tingleff, "Methods for non-linear least squares problems", algorithm 3.16). Damped steps
+//! are the shortest ones in these units where parameters are not determined: what moves nothing does
+//! not move.
 //!
-//! A step counts by Σ r² with the old slopes, divided by how much their mean has changed: so nothing is gained by making F
-//! smaller as a whole. Where that is what the equations propose (F has a factor among its parameters), the
-//! derivative of the mean slope is made a part of them.
+//! A step counts by Σ r² with the old slopes, divided by how much their mean has changed: so nothing is
+//! gained by making F smaller as a whole. Where that is what the equations propose (F has a factor
+//! among its parameters), the derivative of the mean slope is made a part of them.
 
 use std::sync::Arc;
 
@@ -37,7 +39,12 @@ const LARGEST_DAMPING: f64 = 1e16;
 /// The least part of the predicted gain that a step must achieve.
 const SUFFICIENT_GAIN: f64 = 1e-3;
 
-/// Where no column of the Jacobian makes a larger cosine with the residuals, they cannot be made smaller.
+/// If less than this part of a gain is left when the change of the mean slope is taken off, the
+/// equations have to know of that change.
+const OWN_GAIN: f64 = 0.75;
+
+/// Where no column of the Jacobian makes a larger cosine with the residuals, they cannot be made
+/// smaller.
 const ORTHOGONAL: f64 = 1e-10;
 
 /// The same where no step is found: not as sharp, for rounding in F may be what hinders.
@@ -46,20 +53,26 @@ const NEARLY_ORTHOGONAL: f64 = 1e-5;
 /// A gain of less than this part of the sum of squares is rounding.
 const LEAST_GAIN: f64 = 1e-15;
 
-/// A squared singular value of the scaled Jacobian that is smaller has no digits: about m·ε for m parameters, 3e-13 for
-/// 1,200.
+/// A squared singular value of the scaled Jacobian that is smaller has no digits: about m·ε for m
+/// parameters, 3e-13 for 1,200.
 const RANK_THRESHOLD: f64 = 1e-11;
+
+/// Derivatives that are so small against others, and against the extent of the points, are rounding
+/// errors.
+const NO_EFFECT: f64 = 1e-10;
 
 /// At so many points the change of the mean slope is measured.
 const SLOPE_POINTS: usize = 64;
 
-/// Differences for that are taken over changes that move the surface by this part of the points' extent.
+/// Differences for that are taken over changes that move the surface by this part of the points'
+/// extent.
 const DIFFERENCE: f64 = 1e-6;
 
 /// What is asked of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct FitOptions {
-    /// The fit is done when no point is farther from the surface than this part of the diagonal of the points' box.
+    /// The fit is done when no point is farther from the surface than this part of the diagonal of the
+    /// points' box.
     pub tolerance: f64,
     /// The largest number of iterations.
     pub iterations: usize,
@@ -106,17 +119,18 @@ pub struct Fit {
     pub iterations: usize,
     /// At how many points F and F_x, or F_q too, have been evaluated in all.
     pub evaluations: u64,
-    /// The square root of the mean of the squared distances |F|/|F_x|, none counted as more than the diagonal of the points'
-    /// box; 0 without points.
+    /// The square root of the mean of the squared distances |F|/|F_x|, none counted as more than the
+    /// diagonal of the points' box; 0 without points.
     pub rms: f64,
     /// The largest distance, in the same sense.
     pub max: f64,
-    /// The number of points at which F or a derivative was not a number at the start; the fit is without
-    /// them.
+    /// The number of points at which F or a derivative was not a number at the start; the fit is
+    /// without them.
     pub undefined: usize,
     /// How many directions of q the points determine, to the first order.
     pub rank: usize,
-    /// The places of free parameters that some change of q moves which does not move the surface at the points.
+    /// The places of free parameters that some change of q moves which does not move the surface at the
+    /// points.
     pub undetermined: Vec<usize>,
     /// The places of free parameters that stand at an end of their range.
     pub at_bounds: Vec<usize>,
@@ -131,8 +145,9 @@ impl Fit {
 
 /// Changes q until F vanishes at the points, or nearly so, starting at the field's own.
 ///
-/// Per iteration F_q is evaluated at n points, and the normal equations of m parameters cost the sum of the squared numbers of
-/// parameters that each point feels, and m³/3 operations. Parallel, with the same bits for any number of threads.
+/// Per iteration F_q is evaluated at n points, and the normal equations of m parameters cost the sum of
+/// the squared numbers of parameters that each point feels, and m³/3 operations. Parallel, with the
+/// same bits for any number of threads.
 ///
 /// # Errors
 ///
@@ -229,16 +244,17 @@ impl Search<'_> {
             return End::Undefined;
         }
         loop {
-            let distances = self.distances();
-            if distances
-                .iter()
-                .all(|&distance| distance <= options.tolerance * self.extent)
-            {
+            // Before all else: where F vanishes in a whole neighbourhood no point is on a surface.
+            let gradients = &self.rows.gradients;
+            if gradients.iter().all(|&gradient| gradient == DVec3::ZERO) {
+                return End::Flat;
+            }
+            let near = options.tolerance * self.extent;
+            if self.distances().iter().all(|&distance| distance <= near) {
                 return End::OnSurface;
             }
             match () {
                 () if self.free.is_empty() => return End::Frozen,
-                () if self.weights.iter().all(|&weight| weight == 0.0) => return End::Flat,
                 () if self.iterations >= options.iterations => return End::Iterations,
                 () if monitor.cancelled() => return End::Cancelled,
                 () => (),
@@ -295,21 +311,25 @@ impl Search<'_> {
                 .collect();
             let predicted = normal.reduction(&unknowns);
             if predicted <= LEAST_GAIN * normal.squares {
-                // Also where the ranges leave no way at all.
-                break;
+                // A long step may be worth nothing because a range cuts it, and a shorter one much.
+                self.damp();
+                continue;
             }
             let (same, normalised) = self.sums(&q);
             let gain = |sum: f64| 0.5 * (normal.squares - sum) / predicted;
+            if !self.is_normalised
+                && gain(same) > SUFFICIENT_GAIN
+                && gain(normalised) < OWN_GAIN * gain(same)
+            {
+                self.is_normalised = true;
+                return Step::Again;
+            }
             if gain(normalised) > SUFFICIENT_GAIN {
                 let cube = 2.0 * gain(normalised) - 1.0;
                 self.damping *= (1.0 - cube * cube * cube).max(1.0 / 3.0);
                 self.growth = 2.0;
                 self.move_to(q);
                 return Step::Taken;
-            }
-            if gain(same) > SUFFICIENT_GAIN && !self.is_normalised {
-                self.is_normalised = true;
-                return Step::Again;
             }
             self.damp();
         }
@@ -339,8 +359,8 @@ impl Search<'_> {
         self.freedom.moved(&self.q, &step)
     }
 
-    /// Σ r² for another q with the present slopes, and the same in units of how much their mean changes. NaN
-    /// where F is not defined at all points or is flat.
+    /// Σ r² for another q with the present slopes, and the same in units of how much their mean
+    /// changes. NaN where F is not defined at all points or is flat.
     fn sums(&mut self, q: &[f64]) -> (f64, f64) {
         self.evaluations += self.points.len() as u64;
         let (values, gradients) = values_and_gradients(&self.field_at(q), &self.points);
@@ -365,12 +385,11 @@ impl Search<'_> {
         self.weights = self.weights();
     }
 
-    /// 1/|F_x| for each point, less where the distance would be large against the points' extent: how far it is then the
-    /// slope there does not tell. 0 where F and F_x are both 0.
+    /// 1/|F_x| for each point, less where that makes the distance larger than the points' extent: how
+    /// far it is then the slope does not tell. 0 where F and F_x are both 0.
     fn weights(&self) -> Vec<f64> {
         let weight = |(gradient, value): (&DVec3, &f64)| {
-            let slope = length(DVec3::new(length(*gradient), value / self.extent, 0.0));
-            let weight = 1.0 / slope;
+            let weight = 1.0 / length(*gradient).max(value.abs() / self.extent);
             if weight.is_finite() { weight } else { 0.0 }
         };
         let values = self.rows.gradients.iter().zip(&self.rows.values);
@@ -387,8 +406,8 @@ impl Search<'_> {
         values.map(distance).collect()
     }
 
-    /// The derivative of the logarithm of the mean slope, the root of Σ (w|F_x|)², by each free parameter: by
-    /// differences, at a part of the points. One evaluation of F_x for each parameter.
+    /// The derivative of the logarithm of the mean slope, the root of Σ (w|F_x|)², by each free
+    /// parameter: by differences, at a part of the points. One evaluation of F_x for each parameter.
     fn mean_slope(&self, normal: &Normal) -> Vec<f64> {
         let stride = self.points.len().div_ceil(SLOPE_POINTS);
         let chosen: Vec<usize> = (0..self.points.len()).step_by(stride).collect();
@@ -397,7 +416,7 @@ impl Search<'_> {
             let (_, gradients) = values_and_gradients(&self.field_at(q), &points);
             let slopes = gradients.iter().zip(&chosen);
             let slopes = slopes.map(|(gradient, &index)| self.weights[index] * length(*gradient));
-            slopes.map(|slope| slope * slope).sum::<f64>()
+            slopes.map(|slope| slope * slope).sum::<f64>().sqrt()
         };
         let here = mean(&self.q);
         let root = (self.points.len() as f64).sqrt();
@@ -406,14 +425,17 @@ impl Search<'_> {
                 return 0.0;
             }
             let mut q = self.q.clone();
-            let least = f64::EPSILON.sqrt() * q[place].abs();
-            let step = (DIFFERENCE * self.extent * root / scale).max(least);
+            // In between for parameters whose effect at the points is as good as none, like that of a
+            // factor of F.
+            let own = q[place].abs();
+            let most = if own > 0.0 { 1e-3 * own } else { f64::MAX };
+            let step = (DIFFERENCE * self.extent * root / scale).clamp(1e-8 * own, most);
             let step = match q[place] + step > self.freedom.range(place)[1] {
                 true => -step,
                 false => step,
             };
             q[place] += step;
-            let derivative = (mean(&q) - here) / (2.0 * here * step);
+            let derivative = (mean(&q) - here) / (here * step);
             if derivative.is_finite() {
                 derivative
             } else {
@@ -424,11 +446,27 @@ impl Search<'_> {
         unknowns.map(derivative).collect()
     }
 
+    /// Unknowns whose derivatives at the points are rounding: as much as their own value, or any other
+    /// parameter's unit, would not move the surface there. A factor of F is one when F vanishes.
+    fn without_effect(&self, normal: &Normal) -> Vec<usize> {
+        let largest = normal.scales.iter().copied().fold(0.0, f64::max);
+        let root = (self.points.len() as f64).sqrt();
+        let has_none = |&unknown: &usize| {
+            let scale = normal.scales[unknown];
+            let own = scale * self.q[self.free[unknown]].abs();
+            scale <= NO_EFFECT * largest && own <= NO_EFFECT * self.extent * root
+        };
+        (0..self.free.len()).filter(has_none).collect()
+    }
+
     /// What became of it.
     fn report(self, end: End, given: usize) -> Fit {
         let distances = self.distances();
         let squares: f64 = distances.iter().map(|distance| distance * distance).sum();
-        let normal = Normal::new(&self.rows, &self.weights, &self.free, self.q.len());
+        let mut normal = Normal::new(&self.rows, &self.weights, &self.free, self.q.len());
+        for unknown in self.without_effect(&normal) {
+            normal.hold(unknown);
+        }
         let (rank, unknowns) = undetermined(&normal.matrix, RANK_THRESHOLD);
         Fit {
             at_bounds: self.freedom.at_bounds(&self.q),
@@ -454,8 +492,8 @@ fn cosine(normal: &Normal) -> f64 {
     normal.slope.iter().fold(0.0, largest) / normal.squares.sqrt()
 }
 
-/// The diagonal of the points' box or, where they are all one, how far it is from the origin, or 1: a length
-/// beside which others are small or large.
+/// The diagonal of the points' box or, where they are all one, how far it is from the origin, or 1: a
+/// length beside which others are small or large.
 fn extent(points: &[DVec3], dimension: usize) -> f64 {
     let mut low = DVec3::splat(f64::INFINITY);
     let mut high = -low;

@@ -4,8 +4,8 @@ use super::MotionError;
 
 /// What may change of q.
 ///
-/// A frozen parameter takes no part in anything: it keeps every bit. A parameter with a range stops
-/// at its ends.
+/// A frozen parameter takes no part in anything: it keeps every bit. A parameter with a range stops at
+/// its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Freedom {
     frozen: Vec<bool>,
@@ -57,7 +57,8 @@ impl Freedom {
         self.ranges.get(place).copied().unwrap_or(none)
     }
 
-    /// The places of the parameters that stand at an end of their range, or beyond it, and are not frozen.
+    /// The places of the parameters that stand at an end of their range, or beyond it, and are not
+    /// frozen.
     pub fn at_bounds(&self, q: &[f64]) -> Vec<usize> {
         let stands = |&place: &usize| {
             let [low, high] = self.range(place);
@@ -66,14 +67,25 @@ impl Freedom {
         (0..self.count().min(q.len())).filter(stands).collect()
     }
 
-    /// How far each parameter may go from `q`, downward and upward. One that is out of its range
-    /// may only come back.
+    /// How far each parameter may go from `q`, downward and upward. One that is out of its range may
+    /// only come back.
     pub(super) fn room(&self, q: &[f64]) -> Vec<[f64; 2]> {
         let room = |(place, &q): (usize, &f64)| {
             let [low, high] = self.range(place);
             [(low - q).min(0.0), (high - q).max(0.0)]
         };
         q.iter().enumerate().map(room).collect()
+    }
+
+    /// How fast each parameter may go, downward and upward: how long it will is not known, so that only
+    /// an end at which it stands matters.
+    pub(super) fn speeds(&self, q: &[f64]) -> Vec<[f64; 2]> {
+        let speed = |room: f64| match room == 0.0 {
+            true => 0.0,
+            false => f64::INFINITY * room,
+        };
+        let rooms = self.room(q).into_iter();
+        rooms.map(|room| room.map(speed)).collect()
     }
 
     /// `q + step` within the ranges; what is frozen or does not move keeps its bits.
@@ -83,10 +95,12 @@ impl Freedom {
                 return q;
             }
             let [low, high] = self.range(place);
-            // Rounding must not lead out of the range, and what comes back into it may take some steps.
+            // Exactly at the end, whatever rounding says; what is out of the range may take some steps back.
             match step > 0.0 {
-                true => (q + step).min(high.max(q)),
-                false => (q + step).max(low.min(q)),
+                true if step >= high - q => high.max(q),
+                true => (q + step).min(high),
+                false if step <= low - q => low.min(q),
+                false => (q + step).max(low),
             }
         };
         q.iter().zip(step).enumerate().map(moved).collect()

@@ -1,11 +1,12 @@
-//! The smallest change of the parameters that satisfies linear constraints: equations 7 and 8 of Witkin and
-//! Heckbert.
+//! The smallest change of the parameters that satisfies linear constraints: equations 7 and 8 of Witkin
+//! and Heckbert.
 //!
-//! Minimise ½ |d − D|² in the metric M subject to aᵢ · d = cᵢ, where aᵢ is F_q at a control point. With Lagrange's
-//! multipliers, d = D − M⁻¹ Σ λʲ aʲ and Σⱼ (aⁱ M⁻¹ aʲ) λʲ = aⁱ · D − cⁱ. The matrix is scaled to a diagonal of ones, since
-//! rows of F_q differ by any power of ten, and factored by Cholesky. That it succeeds proves nothing: with a
-//! condition of 1e16 the multipliers are noise of any size. So the condition is estimated, and where it is bad, or
-//! there are more constraints than parameters, the least change is taken among those that violate the constraints least: the
+//! Minimise ½ |d − D|² in the metric M subject to aᵢ · d = cᵢ, where aᵢ is F_q at a control point. With
+//! Lagrange's multipliers, d = D − M⁻¹ Σ λʲ aʲ and Σⱼ (aⁱ M⁻¹ aʲ) λʲ = aⁱ · D − cⁱ. The matrix is
+//! scaled to a diagonal of ones, since rows of F_q differ by any power of ten, and factored by
+//! Cholesky. That it succeeds proves nothing: with a condition of 1e16 the multipliers are noise of any
+//! size. So the condition is estimated, and where it is bad, or there are more constraints than
+//! parameters, the least change is taken among those that violate the constraints least: the
 //! pseudo-inverse, from eigenvalues of the smaller Gram matrix with the negligible ones left out.
 
 use rayon::prelude::*;
@@ -15,17 +16,18 @@ use super::freedom::Freedom;
 use super::metric::{Frame, Metric};
 use super::rows::SparseRows;
 
-/// Of a matrix with a larger condition the multipliers have fewer than four digits, which one refinement
-/// doubles. The same threshold cuts eigenvalues: they are known to about 1e-14 of the largest, and below 1e-12
-/// (1e-6 in terms of rows) a unit of mismatch between two constraints would cost a million units of change.
+/// Of a matrix with a larger condition the multipliers have fewer than four digits, which one
+/// refinement doubles. The same threshold cuts eigenvalues: they are known to about 1e-14 of the
+/// largest, and below 1e-12 (1e-6 in terms of rows) a unit of mismatch between two constraints would
+/// cost a million units of change.
 const LARGEST_CONDITION: f64 = 1e12;
 
-/// In the sense of least squares no constraint has more than this times the weight that the median one has, or less
-/// than one part in so many of it: both would let eigenvalues be cut that matter.
+/// In the sense of least squares no constraint has more than this times the weight that the median one
+/// has, or less than one part in so many of it: both would let eigenvalues be cut that matter.
 const LARGEST_WEIGHT: f64 = 1e3;
 
-/// How often the problem is solved again because parameters would have left their ranges. In each round at least one is held
-/// at its bound, usually all that have to be.
+/// How often the problem is solved again because parameters would have left their ranges. In each round
+/// at least one is held at its bound, usually all that have to be.
 const ROUNDS: usize = 12;
 
 /// How a change was found.
@@ -33,8 +35,8 @@ const ROUNDS: usize = 12;
 pub enum Solver {
     /// All constraints can be satisfied, and the system said so clearly. Also where there was none.
     Cholesky,
-    /// The constraints contradict or repeat each other, nearly do, or are more than there are free parameters: the change
-    /// violates them least.
+    /// The constraints contradict or repeat each other, nearly do, or are more than there are free
+    /// parameters: the change violates them least.
     LeastSquares,
 }
 
@@ -44,8 +46,8 @@ pub(super) struct Problem<'a> {
     pub(super) rows: &'a SparseRows,
     /// The cᵢ.
     pub(super) targets: &'a [f64],
-    /// What a violation of each constraint counts in the sense of least squares; 0 for one that is
-    /// to be ignored altogether.
+    /// What a violation of each constraint counts in the sense of least squares; 0 for one that is to
+    /// be ignored altogether.
     pub(super) weights: &'a [f64],
     /// D
     pub(super) desired: &'a [f64],
@@ -66,8 +68,8 @@ pub(super) struct Change {
     pub(super) is_reachable: Vec<bool>,
 }
 
-/// Solves the problem. Parameters that would leave their room stop at its end and are held there while the others
-/// are found again.
+/// Solves the problem. Parameters that would leave their room stop at its end and are held there while
+/// the others are found again.
 pub(super) fn least_change(problem: &Problem) -> Change {
     let count = problem.desired.len();
     let frozen = |place| problem.freedom.is_frozen(place).then_some(0.0);

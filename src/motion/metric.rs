@@ -1,7 +1,7 @@
 //! What a small change of the parameters is: the metric tensor M, by which |q̇|² is q̇ · M q̇.
 //!
-//! With the identity, a parameter that moves the whole surface by its own length costs as much as one that nobody
-//! sees. The metric of [`sensitivity`] measures what is seen.
+//! With the identity, a parameter that moves the whole surface by its own length costs as much as one
+//! that nobody sees. The metric of [`sensitivity`] measures what is seen.
 
 use glam::DVec3;
 
@@ -10,9 +10,9 @@ use super::dense::{Cholesky, Symmetric};
 use super::rows::{Rows, SparseRows, length};
 use crate::engine::{CompiledField, Field};
 
-/// Parameters by which a surface moves less than this part of what the most effective one moves it, in the
-/// root mean square, count as if they moved it so much. Otherwise what moves nothing would cost nothing and
-/// run away.
+/// Parameters by which a surface moves less than this part of what the most effective one moves it, in
+/// the root mean square, count as if they moved it so much. Otherwise what moves nothing would cost
+/// nothing and run away.
 const LEAST_SENSITIVITY: f64 = 0.01;
 
 /// The place of a parameter that takes no part.
@@ -54,8 +54,8 @@ impl Metric {
     ///
     /// # Errors
     ///
-    /// Rows of other lengths than there are rows; a matrix that is not symmetric or, to rounding, not positive
-    /// definite.
+    /// Rows of other lengths than there are rows; a matrix that is not symmetric or, to rounding, not
+    /// positive definite.
     pub fn full(rows: &[Vec<f64>]) -> Result<Metric, MotionError> {
         let mut matrix = Symmetric::zero(rows.len());
         for (place, row) in rows.iter().enumerate() {
@@ -90,8 +90,8 @@ impl Metric {
         }
     }
 
-    /// Coordinates in which the parameters at these ascending places have the metric of Euclid. None where rounding
-    /// makes the part of the matrix indefinite.
+    /// Coordinates in which the parameters at these ascending places have the metric of Euclid. None
+    /// where rounding makes the part of the matrix indefinite.
     pub(super) fn frame(&self, free: Vec<usize>, count: usize) -> Option<Frame> {
         let mut index = vec![NOWHERE; count];
         for (own, &place) in free.iter().enumerate() {
@@ -117,7 +117,8 @@ impl Metric {
     }
 }
 
-/// Coordinates y of some parameters' changes, in which lengths are those of Euclid: y = Lᵀ d with M = L Lᵀ.
+/// Coordinates y of some parameters' changes, in which lengths are those of Euclid: y = Lᵀ d with M = L
+/// Lᵀ.
 pub(super) struct Frame {
     /// The places of the parameters, ascending.
     pub(super) free: Vec<usize>,
@@ -170,13 +171,15 @@ impl Frame {
     }
 }
 
-/// The metric that compensates for how differently parameters move the surface: M_kk is the mean over the
-/// points of (F_q_k / |F_x|)², the square of the speed of the surface at a point when parameter k alone changes at
-/// speed 1. So q̇ · M q̇ is a squared speed of the surface, and what moves much of it moves little. This
-/// is the sensitivity matrix of Witkin and Heckbert's footnote 1, without what is off its diagonal.
+/// The metric that compensates for how differently parameters move the surface: M_kk is the mean over
+/// the points of (F_q_k / |F_x|)², the square of the speed of the surface at a point when parameter k
+/// alone changes at speed 1. So q̇ · M q̇ is a squared speed of the surface, and what moves much of it
+/// moves little. This is the sensitivity matrix of Witkin and Heckbert's footnote 1, without what is
+/// off its diagonal.
 ///
-/// The points are to cover the surface evenly: floaters do. Those at which F_x vanishes or something is undefined are
-/// left out; without any other the metric is the identity. Costs one evaluation of F_q at each point.
+/// The points are to cover the surface evenly: floaters do. Those at which F_x vanishes or something is
+/// undefined are left out; without any other the metric is the identity. Costs one evaluation of F_q at
+/// each point.
 pub fn sensitivity(field: &CompiledField, points: &[DVec3]) -> Metric {
     let rows = Rows::evaluate(field, points);
     let mut weights = vec![0.0; field.parameters().len()];

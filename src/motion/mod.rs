@@ -1,16 +1,17 @@
-//! Surfaces that follow points: how the parameters q of a field F(x, q) must change so that its
-//! zero set goes where it is pulled.
+//! Surfaces that follow points: how the parameters q of a field F(x, q) must change so that its zero
+//! set goes where it is pulled.
 //!
-//! Two questions are answered. [`follow`] and [`advance`] take a surface along with control points:
-//! the smallest change of q under which each point stays on the surface (Witkin and Heckbert, "Using
+//! Two questions are answered. [`follow`] and [`advance`] take a surface along with control points: the
+//! smallest change of q under which each point stays on the surface (Witkin and Heckbert, "Using
 //! particles to sample and control implicit surfaces", 1994, section 3.4). [`fit`] looks for a q with
 //! which a surface passes through given points, from far away and in the sense of least squares.
 //!
 //! A [`Simulation`] is a surface with control points and with floaters that follow it.
 //!
-//! The way through: `rows` evaluates F, F_x and the sparse rows of F_q; `metric` says what a small change
-//! of q is; `freedom` what may change at all; `least_change` solves the linear problem, by the
-//! factorisations of `dense`; `control` steps; `fit` iterates on the equations of `normal`; `simulation` moves surface and floaters.
+//! The way through: `rows` evaluates F, F_x and the sparse rows of F_q; `metric` says what a small
+//! change of q is; `freedom` what may change at all; `least_change` solves the linear problem, by the
+//! factorisations of `dense`; `control` steps; `fit` iterates on the equations of `normal`;
+//! `simulation` moves surface and floaters.
 
 mod control;
 

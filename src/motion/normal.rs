@@ -1,12 +1,14 @@
-//! The normal equations of a fit: Jᵀ J and Jᵀ r for the sparse rows of J, with columns scaled to length 1.
+//! The normal equations of a fit: Jᵀ J and Jᵀ r for the sparse rows of J, with columns scaled to length
+//! 1.
 
 use rayon::prelude::*;
 
 use super::dense::Symmetric;
 use super::rows::{Rows, SparseRows};
 
-/// Entries of the scaled J below this part of the largest one in their row are left out of Jᵀ J: it is still the
-/// product of a matrix with itself, 1e-9 away, and directions of steps are all that it is for. Jᵀ r has all.
+/// Entries of the scaled J below this part of the largest one in their row are left out of Jᵀ J: it is
+/// still the product of a matrix with itself, 1e-9 away, and directions of steps are all that it is
+/// for. Jᵀ r has all.
 const NEGLIGIBLE: f64 = 1e-9;
 
 /// Rows of the matrix that one task computes.
@@ -28,8 +30,8 @@ pub(super) struct Normal {
 }
 
 impl Normal {
-    /// The equations for the rows wᵢ F_q and residuals wᵢ F of all points, in the parameters at the ascending
-    /// places `free` of `count`. Costs the sum of the squared numbers of entries of the rows.
+    /// The equations for the rows wᵢ F_q and residuals wᵢ F of all points, in the parameters at the
+    /// ascending places `free` of `count`. Costs the sum of the squared numbers of entries of the rows.
     pub(super) fn new(rows: &Rows, weights: &[f64], free: &[usize], count: usize) -> Normal {
         let mut index = vec![NOWHERE; count];
         for (own, &place) in free.iter().enumerate() {
@@ -51,8 +53,8 @@ impl Normal {
             scales: vec![0.0; free.len()],
             squares: 0.0,
         };
-        for point in 0..rows.count() {
-            let residual = weights[point] * rows.values[point];
+        for (point, (weight, value)) in weights.iter().zip(&rows.values).enumerate() {
+            let residual = weight * value;
             normal.squares += residual * residual;
             for (own, entry) in own_row(point) {
                 normal.scales[own as usize] += entry * entry;
@@ -77,8 +79,8 @@ impl Normal {
         normal
     }
 
-    /// The matrix: each band of it takes its part of all rows, in their order, so that sums do not depend on
-    /// threads.
+    /// The matrix: each band of it takes its part of all rows, in their order, so that sums do not
+    /// depend on threads.
     fn multiply(&mut self, rows: &SparseRows) {
         let size = self.slope.len();
         let bands = self.matrix.entries_mut().par_chunks_mut(BAND * size.max(1));
@@ -101,8 +103,8 @@ impl Normal {
         });
     }
 
-    /// Makes residuals of r / ρ(d), of which ρ(0) = 1 and t is the derivative by d: J becomes J − r tᵀ. Here t
-    /// is given by place of the unknown, not scaled.
+    /// Makes residuals of r / ρ(d), of which ρ(0) = 1 and t is the derivative by d: J becomes J − r tᵀ.
+    /// Here t is given by place of the unknown, not scaled.
     pub(super) fn normalise(&mut self, logarithmic: &[f64]) {
         let scaled = |(&t, &scale): (&f64, &f64)| if scale > 0.0 { t / scale } else { 0.0 };
         let t: Vec<f64> = logarithmic.iter().zip(&self.scales).map(scaled).collect();

@@ -1,7 +1,7 @@
 //! F, F_x and the rows of F_q at points, where the rows keep only what is not negligible.
 //!
-//! A point of a large field is moved by few of its parameters: of 300 blobs with 1,200 parameters it feels
-//! those nearby. All of F_q is evaluated, in blocks of points, which costs about as much as eight
+//! A point of a large field is moved by few of its parameters: of 300 blobs with 1,200 parameters it
+//! feels those nearby. All of F_q is evaluated, in blocks of points, which costs about as much as some
 //! evaluations of F for any number of parameters; what is nothing is dropped before it is stored.
 
 use glam::DVec3;
@@ -9,12 +9,12 @@ use rayon::prelude::*;
 
 use crate::engine::{CompiledField, Field};
 
-/// So many points are evaluated at a time: a block of the engine. The columns of 1,200 parameters are then
-/// 600 kilobytes and stay in the cache.
+/// So many points are evaluated at a time: a block of the engine. The columns of 1,200 parameters are
+/// then 600 kilobytes and stay in the cache.
 const CHUNK: usize = 64;
 
-/// An entry smaller than this part of the largest one in its row is below half a unit in the last place of whatever
-/// the row is summed to.
+/// An entry smaller than this part of the largest one in its row is below half a unit in the last place
+/// of whatever the row is summed to.
 const NEGLIGIBLE: f64 = 1e-17;
 
 /// Sparse rows, each a list of places and entries, places ascending.
@@ -113,8 +113,8 @@ impl Rows {
         self.values.len()
     }
 
-    /// F_q at a point: the places in q, ascending, and the components there. The others are 0, or smaller than
-    /// 1e-17 of the largest one, both as they are and multiplied by q.
+    /// F_q at a point: the places in q, ascending, and the components there. The others are 0, or
+    /// smaller than 1e-17 of the largest one, both as they are and multiplied by q.
     pub fn row(&self, index: usize) -> (&[u32], &[f64]) {
         self.sparse.row(index)
     }
@@ -186,8 +186,8 @@ fn chunk(field: &CompiledField, points: &[DVec3]) -> Rows {
         let entries = derivatives.iter().zip(q).enumerate();
         sparse.push(entries.filter_map(|(place, (column, &q))| {
             let entry = column[point];
-            // The second test spares parameters that are huge numbers and have small derivatives therefore. NaN
-            // is kept.
+            // The second test spares parameters that are huge numbers and have small derivatives
+            // therefore. NaN is kept.
             let is_nothing = entry == 0.0
                 || (entry.abs() <= NEGLIGIBLE * largest[0]
                     && (entry * q).abs() <= NEGLIGIBLE * largest[1]);
@@ -230,8 +230,8 @@ fn vectors(columns: &[&mut [f64]], count: usize) -> Vec<DVec3> {
     (0..count).map(vector).collect()
 }
 
-/// The length of a vector without underflow or overflow of its squares: gradients in the far field of a Gaussian
-/// are easily as small as 1e-200 and still point the right way.
+/// The length of a vector without underflow or overflow of its squares: gradients in the far field of a
+/// Gaussian are easily as small as 1e-200 and still point the right way.
 pub(super) fn length(vector: DVec3) -> f64 {
     let largest = vector.abs().max_element();
     match largest > 0.0 && largest.is_finite() {

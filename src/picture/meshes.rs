@@ -149,7 +149,7 @@ fn paint(
     let [Some(first), Some(second), Some(third)] = screen else {
         return;
     };
-    if !(area > 0.0) {
+    if area.is_nan() || area <= 0.0 {
         return;
     }
     let range = |axis: usize, end: usize| {
@@ -168,8 +168,8 @@ fn paint(
             let slope = plane.dot(step);
             let depth = plane.dot(a - start) / slope;
             let index = row * map.width + column;
-            // The negation also refuses what is not a number, from triangles seen edge-on.
-            if !((depth as f32) < map.depths[index]) {
+            // It is not a number for triangles that are seen edge-on.
+            if depth.is_nan() || depth as f32 >= map.depths[index] {
                 continue;
             }
             let point = start + depth * step;

@@ -39,7 +39,7 @@ mod seeds;
 use glam::DVec3;
 
 use super::creases::creases;
-use super::newton::{Point, Polish, polish};
+use super::newton::{Point, Polish, polish_to_rounding};
 use super::random::Stream;
 use super::statistics::{Creased, Dropped, Statistics, Tally};
 use super::{Options, Outcome, SampleError, out_of_range};
@@ -154,7 +154,7 @@ fn finish(population: &mut Population, options: &Options) -> (Samples, Dropped) 
         position: floater.position,
         here: floater.here,
     });
-    let (polished, evaluations) = polish(population.field, &wanted, points);
+    let (polished, evaluations) = polish_to_rounding(population.field, &wanted, points);
     population.tally.evaluations += evaluations;
     // The polish knows no walls: what it puts beyond by a rounding is put back.
     let inside = |position: DVec3| position.clamp(bounds.min, bounds.max);

@@ -58,7 +58,7 @@ pub(super) fn grid(
     };
     let mut first = Harvest::new(field, bounds, &plain, monitor)?;
     first.draw_first()?;
-    let area = first.area().map_or(0.0, |area| area.value);
+    let area = first.counted_area().map_or(0.0, |area| area.value);
     let found = match options.spacing {
         Some(spacing) => {
             check_spacing(&bounds, area, spacing, options.count_limit)?;
@@ -82,6 +82,7 @@ struct Found {
     lines: u64,
     touching: u64,
     undecided: u64,
+    vanishing: u64,
     cost: Cost,
 }
 
@@ -90,6 +91,7 @@ fn outcome(field: &dyn Field, bounds: &Bounds, found: Found, first: Option<Harve
         drawn: found.lines,
         touching: found.touching,
         undecided: found.undecided,
+        vanishing: found.vanishing,
         proven: field.compiled().is_some(),
         enclosures: found.cost.enclosures,
         area: first.as_ref().and_then(Harvest::area),
@@ -211,6 +213,7 @@ fn cross(
         lines: 0,
         touching: 0,
         undecided: 0,
+        vanishing: 0,
         cost: Cost::default(),
     };
     let mut nodes = BTreeSet::new();
@@ -240,6 +243,7 @@ fn cross(
             found.lines += segments.len() as u64;
             for (line, mut index) in crossed.into_iter().zip(indices) {
                 found.undecided += u64::from(line.undecided);
+                found.vanishing += u64::from(line.vanishing);
                 for crossing in line.crossings {
                     let node = (crossing.along / spacing).round();
                     index[axis] = node as u64;

@@ -7,8 +7,9 @@
 //!
 //! What remains undecided at the floor of the width are places where the line touches the surface
 //! without crossing it, or lies in it, and places where F is not continuous or ends. Of each one
-//! point is kept if it is a zero to the tolerance and |F| falls towards it; poles, jumps and ends
-//! of the domain are none of these and are counted.
+//! point is kept, that with the smallest |F|, if it is a zero to the tolerance and |F| falls towards
+//! it; poles, jumps and ends of the domain are none of these and are counted. So are the stretches
+//! on which F is 0 all along, whose one point is in the middle: a region has no area.
 //!
 //! For fields that give no enclosures (those that are not compiled) signs are compared at many
 //! points of a segment instead; two roots between neighbouring points are then missed, and the
@@ -32,6 +33,11 @@ use isolate::{Doubt, isolate};
 
 /// Segments that share calls of the field: about as many boxes as two passes over blocks take.
 pub(super) const CHUNK: usize = 64;
+
+/// Steps of the golden section, which take a place from the floor of the width to rounding, and the
+/// part that each leaves.
+const SECTIONS: usize = 32;
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Residuals of this size, relative to the box and the coordinates, are rounding.
 const ROUNDING: f64 = 1e-14;
@@ -65,6 +71,8 @@ pub(super) struct Crossing {
     pub(super) point: Point,
     /// Whether the line was not proven to cross the surface there: it may touch it only.
     pub(super) touches: bool,
+    /// Whether it stands for a stretch on which F is 0 all along.
+    pub(super) in_region: bool,
 }
 
 /// What was found on one segment.
@@ -76,6 +84,10 @@ pub(super) struct Line {
     pub(super) inside: f64,
     /// Places that could not be decided and gave no point.
     pub(super) undecided: u32,
+    /// Those of them at which F is close to 0 on both sides, so that there may be roots.
+    pub(super) unclear: u32,
+    /// Stretches on which F is 0 all along.
+    pub(super) vanishing: u32,
 }
 
 /// What looking for roots has cost.
@@ -160,13 +172,17 @@ fn intersect_chunk(field: &dyn Field, segments: &[Segment], wanted: &Wanted) -> 
     let mut lines = vec![Line::default(); segments.len()];
     // Where the sign may change although there is no root.
     let mut breaks: Vec<(u32, f64)> = Vec::new();
+    for doubt in doubts.iter().filter(|doubt| doubt.vanishing > 0.0) {
+        lines[doubt.line as usize].vanishing += 1;
+    }
     let (with_sign, without): (Vec<Doubt>, Vec<Doubt>) =
         doubts.into_iter().partition(Doubt::changes_sign);
     brackets.extend(with_sign.iter().map(Doubt::bracket));
     for (bracket, root) in brackets.iter().zip(solve(&mut chunk, &brackets)) {
         chunk.keep(bracket.line, root, &mut lines, &mut breaks);
     }
-    for (doubt, root) in without.iter().zip(touching(&mut chunk, &without)) {
+    for (doubt, (root, unclear)) in without.iter().zip(touching(&mut chunk, &without)) {
+        lines[doubt.line as usize].unclear += u32::from(unclear);
         chunk.keep(doubt.line, root, &mut lines, &mut breaks);
     }
     for line in &mut lines {
@@ -180,30 +196,61 @@ fn intersect_chunk(field: &dyn Field, segments: &[Segment], wanted: &Wanted) -> 
 /// A place on a line, and the root there, if it is one.
 type Found = (f64, Option<Crossing>);
 
-/// Of each doubtful place without a change of sign the best of three points.
-fn touching(chunk: &mut Chunk, doubts: &[Doubt]) -> Vec<Found> {
-    let middle = |doubt: &Doubt| 0.5 * (doubt.from + doubt.to);
-    let places: Vec<(u32, f64)> = doubts
-        .iter()
-        .flat_map(|doubt| [doubt.from, middle(doubt), doubt.to].map(|t| (doubt.line, t)))
+/// Of each doubtful place without a change of sign the best of four points: the middle, the ends, and
+/// where |F| is smallest. With it, whether F is close to 0 although none of them is a zero.
+fn touching(chunk: &mut Chunk, doubts: &[Doubt]) -> Vec<(Found, bool)> {
+    let smallest = smallest(chunk, doubts);
+    let places: Vec<(u32, f64)> = (doubts.iter().zip(smallest))
+        .flat_map(|(doubt, smallest)| {
+            let middle = doubt.from.midpoint(doubt.to);
+            [middle, doubt.from, doubt.to, smallest].map(|along| (doubt.line, along))
+        })
         .collect();
     let points = chunk.evaluate(&places);
     let mut found = Vec::with_capacity(doubts.len());
-    for (doubt, three) in doubts.iter().zip(points.chunks(3)) {
-        let places = [doubt.from, middle(doubt), doubt.to];
-        let nearby = doubt.values;
-        let zeros = places.iter().zip(three);
-        let zeros = zeros.filter(|(_, point)| chunk.wanted.is_zero(point, nearby));
+    let tried = places.chunks(4).zip(points.chunks(4));
+    for (doubt, (places, four)) in doubts.iter().zip(tried) {
+        let zeros = places.iter().zip(four);
+        let zeros = zeros.filter(|(_, point)| chunk.wanted.is_zero(point, doubt.values));
+        // The first of several that are as good, which in a region is the middle.
         let best = zeros
             .min_by(|(_, one), (_, other)| one.here.distance().total_cmp(&other.here.distance()));
-        let crossing = best.map(|(&along, &point)| Crossing {
+        let crossing = best.map(|(&(_, along), &point)| Crossing {
             along,
             point,
             touches: true,
+            in_region: doubt.vanishing > 0.0,
         });
-        found.push((middle(doubt), crossing));
+        let has_ends = doubt.values.iter().all(|value| value.is_finite());
+        let is_close = |point: &Point| point.here.distance() <= chunk.wanted.tolerance;
+        let unclear = crossing.is_none() && has_ends && four.iter().any(is_close);
+        found.push(((places[0].1, crossing), unclear));
     }
     found
+}
+
+/// Where |F| is smallest at each doubtful place, by the golden section.
+fn smallest(chunk: &mut Chunk, doubts: &[Doubt]) -> Vec<f64> {
+    let mut ranges: Vec<(f64, f64)> = doubts.iter().map(|doubt| (doubt.from, doubt.to)).collect();
+    let open: Vec<usize> = (0..doubts.len())
+        .filter(|&place| doubts[place].vanishing == 0.0 && doubts[place].from < doubts[place].to)
+        .collect();
+    for _ in 0..if open.is_empty() { 0 } else { SECTIONS } {
+        let places = open.iter().flat_map(|&place| {
+            let (from, to) = ranges[place];
+            [1.0 - GOLDEN, GOLDEN].map(|part| (doubts[place].line, from + part * (to - from)))
+        });
+        let places: Vec<(u32, f64)> = places.collect();
+        let values = chunk.values(&places);
+        for ((&place, inner), values) in open.iter().zip(places.chunks(2)).zip(values.chunks(2)) {
+            match values[0].abs() <= values[1].abs() {
+                true => ranges[place].1 = inner[1].1,
+                false => ranges[place].0 = inner[0].1,
+            }
+        }
+    }
+    let middles = ranges.iter().map(|(from, to)| from.midpoint(*to));
+    middles.collect()
 }
 
 /// Adds up the lengths on which F < 0: between places where its sign may change it is that in the

@@ -174,7 +174,8 @@ pub struct Options {
     /// goes where it finds the surface.
     pub bounds: Option<Bounds>,
     /// The largest |F| / |F_x| of a point, relative to the diagonal of the box in which the
-    /// final particles start; above 0 and at most 0.01. Rounding sets a limit at about 1e-15.
+    /// final particles start; at most 0.01 and at least 1e-15, which is the limit of rounding. It
+    /// decides which points are kept: those that are go on to that limit where they can.
     pub tolerance: f64,
     /// The part of its velocity that friction takes from a dynamic particle in its first step
     /// (γ δ, without a unit); above 0 and at most 1. Less friction passes more spurious
@@ -345,6 +346,7 @@ pub fn sample_curve(
     }
     start_box(3, options)?;
     check(options)?;
+    check_default(options, DEFAULT_ON_CURVE)?;
     timed(monitor, |monitor| trace::curve(&fields, options, monitor))
 }
 
@@ -378,6 +380,7 @@ pub fn sample(
     let dimension = field.dimension();
     let start_box = start_box(dimension, options)?;
     check(options)?;
+    check_default(options, default_count(options.method, dimension))?;
     timed(monitor, |monitor| {
         by_method(field, start_box, options, monitor)
     })
@@ -392,6 +395,11 @@ fn by_method(
 ) -> Result<Outcome, SampleError> {
     let dimension = field.dimension();
     match options.method {
+        Method::Relax if dimension == 1 => Err(SampleError::Method {
+            method: options.method.name(),
+            subject: "roots on a line",
+            other: Method::Kinematic.name(),
+        }),
         Method::Floaters | Method::Relax => floaters::floaters(field, start_box, options, monitor),
         Method::Kinematic => {
             let potential = options.potential;
@@ -426,11 +434,8 @@ fn particles(
     options: &Options,
     monitor: &dyn Monitor,
 ) -> Result<Outcome, SampleError> {
-    let count = options.count.unwrap_or(match start_box.dimension {
-        1 => 100,
-        2 => 1_000,
-        _ => 5_000,
-    });
+    let count =
+        (options.count).unwrap_or_else(|| default_count(options.method, start_box.dimension));
     let first = Release {
         field,
         motion,
@@ -476,6 +481,37 @@ fn particles(
         samples,
         statistics,
     })
+}
+
+/// How many points there are without any wish on a curve, and on a surface.
+const DEFAULT_ON_CURVE: u64 = 500;
+const DEFAULT_ON_SURFACE: u64 = 2000;
+
+/// How many points, or particles, there are without any wish; 0 where that is left to the field.
+fn default_count(method: Method, dimension: usize) -> u64 {
+    match (method, dimension) {
+        (Method::Kinematic | Method::Dynamic, 1) => 100,
+        (Method::Kinematic | Method::Dynamic, 2) => 1_000,
+        (Method::Kinematic | Method::Dynamic, _) => 5_000,
+        (_, 1) => 0,
+        (_, 2) => DEFAULT_ON_CURVE,
+        _ => DEFAULT_ON_SURFACE,
+    }
+}
+
+/// Refuses the number that is used without any wish if it is above the limit.
+fn check_default(options: &Options, count: u64) -> Result<(), SampleError> {
+    let wished = options.count.is_some()
+        || options.spacing.is_some()
+        || options.varying.is_some()
+        || options.exact;
+    match !wished && count > options.count_limit {
+        true => Err(SampleError::TooMany {
+            count,
+            limit: options.count_limit,
+        }),
+        false => Ok(()),
+    }
 }
 
 /// Points with all that a sample says about them.
@@ -528,6 +564,9 @@ fn start_box(dimension: usize, options: &Options) -> Result<Bounds, SampleError>
     Ok(bounds)
 }
 
+/// A part of the box that rounding does not fall below.
+const SMALLEST_TOLERANCE: f64 = 1e-15;
+
 /// Whether the options that are numbers lie in their ranges.
 fn check(options: &Options) -> Result<(), SampleError> {
     let range = |option, expected, found: &dyn ToString| {
@@ -577,8 +616,9 @@ fn check(options: &Options) -> Result<(), SampleError> {
     if !options.exact && options.rules.sigma.is_some() {
         return range("sigma", "left out without `exact`", &"given");
     }
-    if !(options.tolerance > 0.0 && options.tolerance <= 0.01) {
-        return range("tolerance", "above 0 and at most 0.01", &options.tolerance);
+    if !(SMALLEST_TOLERANCE..=0.01).contains(&options.tolerance) {
+        let expected = "at most 0.01 and at least 1e-15, which is the limit of rounding,";
+        return range("tolerance", expected, &format!("{:e}", options.tolerance));
     }
     if !(options.friction > 0.0 && options.friction <= 1.0) {
         return range("friction", "above 0 and at most 1", &options.friction);

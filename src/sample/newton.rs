@@ -19,7 +19,7 @@ use glam::DVec3;
 use super::evaluation::{Batch, Evaluation, length};
 use crate::engine::Field;
 
-/// The largest number of evaluations per point. A regular point needs two or three. A zero of
+/// The largest number of evaluations per point. A regular point needs three or four. A zero of
 /// multiplicity m needs log(accuracy) / log(1 - 1/m), about 75 for m = 7 from 1e-4 to 1e-9, and
 /// the way along the valley to a cusp takes some hundreds.
 const EVALUATION_LIMIT: u32 = 500;
@@ -35,6 +35,12 @@ const SUFFICIENT_DECREASE: f64 = 0.25;
 /// Residuals of this size, relative to the coordinates, are rounding: no decrease can be asked
 /// for there.
 const ROUNDING: f64 = 1e-14;
+
+/// The tolerance decides which points are kept, not how exact they are: so many more steps are
+/// taken while each halves the residual at least. One or two of Newton's lead to rounding, at this
+/// part of the coordinates.
+const REFINEMENTS: u32 = 3;
+const FLOOR: f64 = 1e-16;
 
 /// What is asked of the polish.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +72,8 @@ struct Walker {
     slope: DVec3,
     /// λ
     damping: f64,
+    /// Steps since the point was within the tolerance.
+    refined: u32,
 }
 
 /// Moves each point onto the surface. The answer has one entry per point, `None` for those that
@@ -79,17 +87,37 @@ pub(super) fn polish(
     wanted: &Polish,
     points: impl Iterator<Item = Point>,
 ) -> (Vec<Option<Point>>, u64) {
+    run(field, wanted, points, 0)
+}
+
+/// The same for points that are to stay where they are put: each goes on to the limit of rounding.
+pub(super) fn polish_to_rounding(
+    field: &dyn Field,
+    wanted: &Polish,
+    points: impl Iterator<Item = Point>,
+) -> (Vec<Option<Point>>, u64) {
+    run(field, wanted, points, REFINEMENTS)
+}
+
+fn run(
+    field: &dyn Field,
+    wanted: &Polish,
+    points: impl Iterator<Item = Point>,
+    refinements: u32,
+) -> (Vec<Option<Point>>, u64) {
     let mut walkers: Vec<Walker> = points.enumerate().map(Walker::new).collect();
     let mut polished = vec![None; walkers.len()];
     let mut batch = Batch::default();
     let mut evaluations = 0;
     for _ in 0..EVALUATION_LIMIT {
-        walkers.retain(|walker| {
-            if walker.has_arrived(wanted) {
-                polished[walker.place] = Some(walker.point);
-                return false;
-            }
-            walker.can_go_on(wanted)
+        walkers.retain_mut(|walker| {
+            let best = &mut polished[walker.place];
+            let goes_on = if walker.has_arrived(wanted) {
+                walker.refine(wanted, best, refinements)
+            } else {
+                best.is_none()
+            };
+            goes_on && walker.can_go_on(wanted)
         });
         if walkers.is_empty() {
             break;
@@ -113,6 +141,7 @@ impl Walker {
             beyond: None,
             slope: point.here.gradient,
             damping: 1.0,
+            refined: 0,
         }
     }
 
@@ -122,6 +151,20 @@ impl Walker {
         let lowered = self.point.level() <= (1.0 - SUFFICIENT_DECREASE) * self.origin.level();
         let near = self.point.position.distance(self.origin.position) <= wanted.leash;
         residual <= wanted.tolerance && near && (lowered || residual <= ROUNDING * scale)
+    }
+
+    /// Keeps a point within the tolerance if it is better than the best one so far by half; then
+    /// it may become better still.
+    fn refine(&mut self, wanted: &Polish, best: &mut Option<Point>, refinements: u32) -> bool {
+        let residual = self.point.here.distance();
+        let known = best.map_or(f64::INFINITY, |best| best.here.distance());
+        let improves = residual <= 0.5 * known;
+        if improves {
+            *best = Some(self.point);
+        }
+        self.refined += 1;
+        let scale = wanted.diagonal + self.point.position.abs().max_element();
+        improves && self.refined <= refinements && residual > FLOOR * scale
     }
 
     fn can_go_on(&self, wanted: &Polish) -> bool {

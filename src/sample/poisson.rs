@@ -24,7 +24,7 @@ use rayon::prelude::*;
 
 use super::evaluation::Batch;
 use super::floaters::balance::spacing_for;
-use super::newton::{Point, Polish, polish};
+use super::newton::{Point, Polish, polish_to_rounding};
 use super::rays::Harvest;
 use super::{Options, Outcome, SampleError, samples};
 use crate::engine::{Field, Monitor};
@@ -38,9 +38,6 @@ const DENSITY: u64 = 6;
 
 /// How often the middles of gaps are added to the dense sample.
 const ROUNDS: usize = 12;
-
-/// The residual, relative to the diagonal, that every point should have if rounding allows it.
-const EXACT: f64 = 1e-14;
 
 /// Places that share calls of the field.
 const CHUNK: usize = 256;
@@ -68,7 +65,7 @@ pub(super) fn poisson(
         monitor.progress(phase, fraction);
         !monitor.cancelled()
     };
-    let area = harvest.area().map_or(0.0, |area| area.value);
+    let area = harvest.counted_area().map_or(0.0, |area| area.value);
     let spacing = spacing_for(dimension, area, count as f64);
     let mut evaluations = 0;
     let kept = if (dense.len() as u64) <= count {
@@ -152,10 +149,6 @@ fn on_surface(
         leash: 0.5 * spacing,
         diagonal,
     };
-    let exact = Polish {
-        tolerance: wanted.tolerance.min(EXACT * diagonal),
-        ..wanted
-    };
     let parts: Vec<(Vec<Point>, u64)> = places
         .par_chunks(CHUNK)
         .map(|places| {
@@ -165,15 +158,10 @@ fn on_surface(
                 .map(|(&position, here)| Point { position, here })
                 .filter(|point| point.here.is_defined())
                 .collect();
-            let (points, first) = polish(field, &wanted, starts.into_iter());
-            let points: Vec<Point> = points.into_iter().flatten().collect();
-            // As exact as roots on lines are, where rounding allows it.
-            let (finer, second) = polish(field, &exact, points.iter().copied());
-            let points = finer.into_iter().zip(points);
-            let points = points.map(|(finer, point)| finer.unwrap_or(point));
+            let (points, evaluations) = polish_to_rounding(field, &wanted, starts.into_iter());
             let inside = |point: &Point| bounds.contains(point.position);
-            let points = points.filter(inside).collect();
-            (points, first + second + places.len() as u64)
+            let points = points.into_iter().flatten().filter(inside).collect();
+            (points, evaluations + places.len() as u64)
         })
         .collect();
     let evaluations = parts.iter().map(|(_, evaluations)| evaluations).sum();

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::evaluation::Batch;
 use super::flight::{ARRIVAL, Arena, fly};
-use super::newton::{Point, Polish, polish};
+use super::newton::{Point, Polish, polish_to_rounding};
 use super::particle::{Motion, Particle};
 use super::random::Stream;
 use super::statistics::Tally;
@@ -115,7 +115,7 @@ fn release_chunk(
         position: particle.position,
         here: particle.here,
     });
-    let (polished, evaluations) = polish(field, &wanted, near);
+    let (polished, evaluations) = polish_to_rounding(field, &wanted, near);
     tally.evaluations += evaluations;
     let mut points = Vec::with_capacity(polished.len());
     for point in polished {

@@ -192,14 +192,21 @@ pub struct CurveStatistics {
     pub corners: u64,
     /// Ends inside the box: the field is undefined beyond, or branches meet there.
     pub ends: u64,
+    /// Walks along the curve that were given up, because they took too many steps.
+    pub unfinished: u64,
     /// Steps of which it is not proven that both ends are on the same branch: those near singular
     /// points and, for fields that are not compiled, all.
     pub unproven_steps: u64,
-    /// Cells of the box in which a component may have been missed. They are tiny; those at
-    /// crossings, corners and ends, within 1e-3 of the box's diagonal, are not counted.
+    /// Cells of the box in which a component may have been missed. They are tiny, unless the search
+    /// was given up.
     pub undecided: u64,
-    /// Whether it is proven that no component was missed, but for what is as small as that and
-    /// at such a point.
+    /// How many of these are at crossings, corners and ends that were met, within 1e-3 of the box's
+    /// diagonal. Intervals decide where two branches cross at an angle and at most corners; where
+    /// three cross, and at cusps and ends, they cannot.
+    pub undecided_at_singular: u64,
+    /// The largest diagonal of an undecided cell elsewhere; 0 if there is none.
+    pub largest_undecided: f64,
+    /// Whether it is proven that no component was missed: no cell is undecided.
     pub proven: bool,
 }
 
@@ -232,12 +239,16 @@ pub struct Lines {
     /// Places on lines where it could not be decided whether there is a root, and where nothing is a
     /// zero to the tolerance: poles, jumps, ends of the domain.
     pub undecided: u64,
+    /// Stretches of lines on which F is 0 all along: on a whole region, or the line lies in the
+    /// surface.
+    pub vanishing: u64,
     /// Whether no root was missed, up to the rounding of F. Only fields that are compiled give the
     /// enclosures for that.
     pub proven: bool,
     /// Enclosures of F, or of F and F_x, on one box.
     pub enclosures: u64,
-    /// The area of the surface in the box; in R2 the length of the curve.
+    /// The area of the surface in the box; in R2 the length of the curve. None where F is 0 on a
+    /// whole region, and where its roots could not be counted.
     pub area: Option<Estimate>,
     /// The volume in the box on which F < 0; in R2 the area.
     pub volume: Option<Estimate>,

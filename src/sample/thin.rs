@@ -10,7 +10,7 @@
 use glam::DVec3;
 
 use super::evaluation::Batch;
-use super::newton::{Point, Polish, polish};
+use super::newton::{Point, Polish, polish_to_rounding};
 use super::radii::radii;
 use super::{SampleError, out_of_range};
 use crate::engine::Field;
@@ -156,7 +156,7 @@ fn replace_by_barycentres(
         .zip(there)
         .map(|(&position, here)| Point { position, here });
     let points: Vec<Point> = points.collect();
-    let (polished, _) = polish(field, &wanted, points.into_iter());
+    let (polished, _) = polish_to_rounding(field, &wanted, points.into_iter());
     for (place, point) in polished.into_iter().enumerate() {
         if let Some(Point { position, here }) = point {
             samples.positions[place] = position;

@@ -70,8 +70,8 @@ pub(crate) fn blobs() -> CompiledField {
     CompiledField::new(Arc::new(program), example.q)
 }
 
-/// Points on the zero set: from random places within `half` of the origin along random directions to where F changes
-/// its sign, by bisection to rounding.
+/// Points on the zero set: from random places within `half` of the origin along random directions to
+/// where F changes its sign, by bisection to rounding.
 pub(crate) fn on_surface(
     field: &dyn Field,
     count: usize,

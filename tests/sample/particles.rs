@@ -2,8 +2,8 @@
 
 use crate::fields::*;
 use glam::DVec3;
-use imp::engine::Field;
-use imp::sample::{Method, Options, Outcome};
+use imp::engine::{Field, Silent};
+use imp::sample::{Method, Options, Outcome, sample};
 
 const METHODS: [Method; 2] = [Method::Kinematic, Method::Dynamic];
 
@@ -493,4 +493,25 @@ fn an_unbounded_surface_leaves_the_search_unsettled() {
     assert_eq!(statistics.searches, particles().search_limit);
     assert!(!statistics.settled && !statistics.converged);
     assert_eq!(statistics.points, 5_000);
+}
+
+#[test]
+fn points_are_as_exact_as_rounding_allows() {
+    for text in [
+        "field f(p in R3) = norm2(p) - 1",
+        "field f(x, y, z) = (x^2 + y^2 + z^2 + 0.91)^2 - 4*(x^2 + y^2)",
+        "field f(p in R3) = exp(-norm2(p)) + exp(-norm2(p - [1.2, 0, 0])) - 0.5",
+    ] {
+        let field = &crate::trace::compiled(text)[0];
+        for method in METHODS {
+            let options = Options {
+                bounds: Some(cube(3, 2.5)),
+                count: Some(500),
+                ..options(method)
+            };
+            let statistics = sample(field, &options, &Silent).unwrap().statistics;
+            let exact = 1e-14 * statistics.bounds.diagonal();
+            assert!(statistics.max_residual <= exact, "{text}: {statistics:?}");
+        }
+    }
 }

@@ -8,6 +8,7 @@ use imp::geometry::Bounds;
 use imp::sample::{Estimate, Method, Options, Outcome, SampleError, sample};
 
 use crate::fields::*;
+use crate::trace::compiled;
 
 fn options(bounds: Option<Bounds>, count: u64, seed: u64) -> Options {
     Options {
@@ -265,4 +266,64 @@ fn a_box_without_a_surface_gives_nothing_after_65536_lines() {
     let lines = outcome.statistics.lines.unwrap();
     assert_eq!(lines.drawn, 65_536);
     assert_eq!(lines.volume.unwrap().value, 0.0);
+}
+
+/// The estimates of area, or length, by each method of lines, with 3000 points at most.
+fn by_lines(text: &str, half: f64) -> Vec<imp::sample::Lines> {
+    let field = &compiled(text)[0];
+    let methods = [Method::Rays, Method::Poisson, Method::Grid];
+    let lines = methods.map(|method| {
+        let options = Options {
+            method,
+            ..options(Some(cube(field.dimension(), half)), 500, 0)
+        };
+        let statistics = sample(field, &options, &Silent).unwrap().statistics;
+        // Whatever is met, the work is in proportion to the lines.
+        assert!(statistics.evaluations < 3_000_000, "{text}: {statistics:?}");
+        statistics.lines.unwrap()
+    });
+    lines.to_vec()
+}
+
+#[test]
+fn double_roots_are_counted_or_nothing_is_estimated() {
+    for (text, truth) in [
+        ("field f(p in R3) = (norm(p) - 1)^2", 4.0 * PI),
+        ("field f(p in R3) = (norm2(p) - 1)^2", 4.0 * PI),
+        ("field f(p in R3) = abs(norm(p) - 1)", 4.0 * PI),
+        ("field f(x, y) = (sqrt(x^2 + y^2) - 1)^2", 2.0 * PI),
+    ] {
+        for lines in by_lines(text, 1.5) {
+            if lines.area.is_some() {
+                assert!(off(lines.area, truth).abs() < 4.0, "{text}: {lines:?}");
+            }
+            assert_eq!(lines.vanishing, 0);
+        }
+    }
+    // The roots of a square are found, all of them.
+    let lines = &by_lines("field f(p in R3) = (norm(p) - 1)^2", 1.5)[0];
+    assert!(
+        lines.area.is_some() && lines.undecided < lines.touching / 100,
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn a_region_on_which_the_field_is_zero_has_no_area() {
+    for text in [
+        "field f(p in R3) = 0*p.x",
+        "field f(p in R3) = max(norm(p) - 1, 0)",
+        "field f(p in R3) = min(norm(p) - 1, 0)",
+        "field f(x, y) = max(sqrt(x^2 + y^2) - 1, 0)",
+    ] {
+        for lines in by_lines(text, 1.5) {
+            assert!(
+                lines.area.is_none() && lines.vanishing > 0,
+                "{text}: {lines:?}"
+            );
+        }
+    }
+    // A single plane in which grid lines lie is none.
+    let lines = &by_lines("field f(p in R3) = p.z - 0.1", 1.5)[0];
+    assert!(lines.area.is_some() && lines.vanishing == 0);
 }

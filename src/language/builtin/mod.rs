@@ -9,10 +9,12 @@ mod calculus;
 mod choices;
 mod elastic;
 mod extent;
+mod fit;
 mod geometry;
 mod inspection;
 mod lists;
 mod mathematics;
+mod methods;
 mod motion;
 mod pictures;
 mod samples;
@@ -81,6 +83,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Differential geometry", geometry::TABLE),
     ("Samples", samples::TABLE),
     ("Motion and control", motion::TABLE),
+    ("Fitting", fit::TABLE),
     ("Solids that fall", elastic::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),

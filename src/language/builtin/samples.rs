@@ -1,5 +1,9 @@
 //! Samplers as functions of the language.
 
+mod warnings;
+
+pub(super) use warnings::warn_about_samples;
+
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -7,10 +11,10 @@ use glam::DVec3;
 
 use super::extent::found_bounds;
 use super::surfaces::{field_argument, located_argument};
-use super::{Arguments, Builtin, action};
+use super::{Arguments, Builtin, action, methods};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
-use crate::geometry::{Bounds, Samples};
+use crate::geometry::Bounds;
 use crate::language::function::At;
 use crate::language::product::SampleSet;
 use crate::language::session::Session;
@@ -83,6 +87,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             arguments.bad("method", message)
         })?,
     };
+    methods::check(arguments, method)?;
     let bounds = match (given, method) {
         (Some(bounds), _) => Some(bounds),
         (None, Method::Kinematic | Method::Dynamic) => None,
@@ -94,7 +99,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let mut options = sample::Options {
         method,
         bounds,
-        count: arguments.count(session, "count")?,
+        count: number_of_points(session, arguments)?,
         count_limit: session.limits.particles,
         ..sample::Options::default()
     };
@@ -110,6 +115,17 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     }
     if let Some(seeds) = arguments.plain(session, "seeds")? {
         options.seeds = points_of(&seeds, field.dimension()).ok_or_else(|| {
+            if let Value::List(points) = &seeds
+                && let Some(length) = points
+                    .iter()
+                    .find_map(|point| other_length(point, field.dimension()))
+            {
+                let dimension = field.dimension();
+                let message = format!(
+                    "`seeds` must be points of {dimension} numbers, but one of them has {length}"
+                );
+                return arguments.bad("seeds", message);
+            }
             let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
             arguments.expected(expected, "seeds", &seeds)
         })?;
@@ -135,10 +151,19 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         }
     }
     if let Some(direction) = arguments.plain(session, "direction")? {
-        let vector = vector_of(&direction, field.dimension());
-        let expected = "a vector, as in `[0, 0, 1]`";
-        options.direction =
-            Some(vector.ok_or_else(|| arguments.expected(expected, "direction", &direction))?);
+        let dimension = field.dimension();
+        let vector = vector_of(&direction, dimension).ok_or_else(|| {
+            match other_length(&direction, dimension) {
+                Some(length) => {
+                    let message = format!(
+                        "`direction` must be a vector of {dimension} numbers, but this has {length}"
+                    );
+                    arguments.bad("direction", message)
+                }
+                None => arguments.expected("a vector, as in `[0, 0, 1]`", "direction", &direction),
+            }
+        })?;
+        options.direction = Some(vector);
     }
     let density = density(session, arguments, field.dimension())?;
     let monitor = session.monitor();
@@ -158,7 +183,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         (None, ..) => return Err(arguments.expected("a field", "f", &Value::Field(field))),
     };
     let outcome = outcome.map_err(|error| sample_failure(&error, arguments))?;
-    let statistics = outcome.statistics;
+    let statistics = &outcome.statistics;
     if outcome.samples.positions.is_empty() {
         let message = match (method, &statistics.lines) {
             (Method::Trace, _) => "the field has no zero in the box that could be found".to_owned(),
@@ -185,10 +210,39 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         });
         return Err(error);
     }
-    warn_about_points(session, arguments, &outcome.samples, options.spacing);
-    warn_about_samples(session, arguments, &statistics);
-    let set = SampleSet::new(outcome.samples, method.name(), Some(statistics));
+    warnings::warn(session, arguments, &outcome, &options);
+    let set = SampleSet::new(outcome.samples, method.name(), Some(outcome.statistics));
     Ok(Value::Samples(Rc::new(set)))
+}
+
+/// How many points are asked for, if that is said: what is above the limit is refused by the sampler.
+fn number_of_points(session: &mut Session, arguments: &Arguments) -> Outcome<Option<u64>> {
+    /// Beyond it neighbouring whole numbers are no longer told apart.
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    match arguments.number(session, "count")? {
+        None => Ok(None),
+        Some(number) if (1.0..=EXACT).contains(&number) && number.floor() == number => {
+            Ok(Some(number as u64))
+        }
+        Some(number) => {
+            let limit = session.limits.particles;
+            let message =
+                format!("`count` must be a whole number from 1 to {limit}, but it is {number:?}");
+            Err(arguments.bad("count", message))
+        }
+    }
+}
+
+/// The length of a list of numbers that is no vector of so many.
+fn other_length(value: &Value, dimension: usize) -> Option<usize> {
+    let Value::List(components) = value else {
+        return None;
+    };
+    let mut numbers = components
+        .iter()
+        .map(|component| matches!(component, Value::Number(_)));
+    let length = numbers.len();
+    (length != dimension && numbers.all(|number| number)).then_some(length)
 }
 
 /// The vector that a list of numbers stands for.
@@ -339,13 +393,24 @@ pub(super) fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<
         SampleError::Option { option, .. } => {
             failure(Code::BadValue, message).at(arguments.place(option), "this value")
         }
-        SampleError::TooMany { .. } => {
+        SampleError::TooMany { count, limit } => {
             let asked = ["count", "spacing"];
             let asked = asked
                 .into_iter()
                 .find(|name| arguments.given(name).is_some());
-            let place = arguments.place(asked.unwrap_or("count"));
-            let mut failure = failure(Code::ParticleLimit, message).at(place, "this many");
+            let Some(asked) = asked else {
+                let message = format!(
+                    "{count} points, which there are without `count` and `spacing`, are too many (the \
+                     limit is {limit})"
+                );
+                let mut failure = failure(Code::ParticleLimit, message).at(arguments.span, "here");
+                failure.help = Some(format!(
+                    "give a `count` of at most {limit}, or raise the limit with `--limit particles=N`"
+                ));
+                return failure;
+            };
+            let mut failure =
+                failure(Code::ParticleLimit, message).at(arguments.place(asked), "this many");
             failure.help = Some("raise it with `--limit particles=N` if this is meant".into());
             failure
         }
@@ -357,187 +422,6 @@ pub(super) fn sample_failure(error: &SampleError, arguments: &Arguments) -> Box<
             failure(Code::NoSurface, message).at(arguments.place("f"), "not a curve")
         }
         SampleError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
-    }
-}
-
-pub(super) fn warn_about_samples(
-    session: &mut Session,
-    arguments: &Arguments,
-    statistics: &sample::Statistics,
-) {
-    warn_about_missed(session, arguments, statistics);
-    if statistics.births.is_some() && !statistics.converged {
-        let message = if !statistics.settled {
-            "the search for the surface did not come to an end: the surface may be unbounded"
-                .to_owned()
-        } else if statistics.dropped.total() > 0 {
-            format!(
-                "{} of {} floaters were dropped: they could not be put on the zero set, which is \
-                 rough there",
-                statistics.dropped.total(),
-                statistics.started
-            )
-        } else {
-            format!(
-                "the floaters did not come to rest in {} iterations, or their number, {}, is not \
-                 exactly what was asked for",
-                statistics.iterations, statistics.points
-            )
-        };
-        let warning = Diagnostic::warning(Code::DroppedPoints, message)
-            .label(arguments.span, "sampled here")
-            .help("all points lie on the zero set, but maybe not evenly; sharp creases and details smaller than the spacing keep floaters moving");
-        session.host.warn(warning);
-    }
-    if let Some(pieces) = statistics
-        .pieces
-        .filter(|&pieces| statistics.points < pieces)
-    {
-        let message = format!(
-            "the surface has about {pieces} pieces, and {} points are too few for all of them",
-            statistics.points
-        );
-        let warning = Diagnostic::warning(Code::MaybeMissed, message)
-            .label(arguments.span, "sampled here")
-            .help("give a larger `count`, or a smaller `spacing`");
-        session.host.warn(warning);
-    }
-    if let Some(lines) = &statistics.lines {
-        warn_about_lines(session, arguments, statistics, lines);
-    }
-    let of_particles = statistics.births.is_none();
-    if of_particles && (statistics.dropped.unconverged > 0 || statistics.dropped.spurious > 0) {
-        let warning = Diagnostic::warning(
-            Code::DroppedPoints,
-            format!(
-                "{} of {} particles were dropped: {} did not converge, {} were caught where the \
-                 field has a minimum that is not 0",
-                statistics.dropped.total(),
-                statistics.started,
-                statistics.dropped.unconverged,
-                statistics.dropped.spurious
-            ),
-        )
-        .label(arguments.span, "sampled here");
-        session.host.warn(warning);
-    }
-    if statistics.nan_points > 0 {
-        let warning = Diagnostic::warning(
-            Code::NanRegion,
-            format!(
-                "the field or its gradient was not a number at {} of {} points that were looked at",
-                statistics.nan_points, statistics.evaluations
-            ),
-        )
-        .label(arguments.span, "sampled here");
-        session.host.warn(warning);
-    }
-}
-
-/// At so many of its points, as a part, the gradient of a surface does not vanish by chance.
-const OFTEN: f64 = 0.01;
-
-/// Warns where the zero set has no gradient, so that it is no surface, and where the points are next
-/// to none because they are too far apart.
-fn warn_about_points(
-    session: &mut Session,
-    arguments: &Arguments,
-    samples: &Samples,
-    spacing: Option<f64>,
-) {
-    let number = samples.positions.len();
-    let vanishing = samples.normals.iter().filter(|&&n| n == DVec3::ZERO);
-    let vanishing = vanishing.count();
-    if vanishing as f64 > OFTEN * number as f64 {
-        let message = format!(
-            "the gradient vanishes at {vanishing} of {number} points: the field is 0 on a whole \
-             region there, or does not change its sign, and the points have no normals"
-        );
-        let warning = Diagnostic::warning(Code::SingularPoints, message)
-            .label(arguments.place("f"), "this field")
-            .help("a solid is sampled on its surface if the field is negative inside");
-        session.host.warn(warning);
-    }
-    let bounds = Bounds::of_points(samples.dimension, samples.positions.iter().copied());
-    let extent = bounds.map_or(0.0, |bounds| bounds.diagonal());
-    if let Some(spacing) = spacing.filter(|&spacing| spacing > extent && samples.dimension > 1) {
-        let message = format!(
-            "the spacing, {spacing}, is larger than the distance between any two of the {number} \
-             points that were found"
-        );
-        let warning = Diagnostic::warning(Code::CoarseSpacing, message)
-            .label(arguments.place("spacing"), "this spacing")
-            .help("give a smaller `spacing`, or a `count`");
-        session.host.warn(warning);
-    }
-}
-
-/// Cells that remain at singular points, however often they are halved, are smaller than this part
-/// of the box's diagonal: there is no use in warning of them wherever a surface has a corner.
-const TINY: f64 = 1e-3;
-
-/// Warns where a component may be missing, telling how large it can be.
-fn warn_about_missed(
-    session: &mut Session,
-    arguments: &Arguments,
-    statistics: &sample::Statistics,
-) {
-    let of_cells = statistics
-        .proof
-        .filter(|proof| proof.left > 0 && proof.largest_left > TINY * statistics.bounds.diagonal());
-    let of_curves = statistics.curves.as_ref().filter(|curves| !curves.proven);
-    let message = match (of_cells, of_curves) {
-        (Some(proof), _) => format!(
-            "components may be missed: nothing could be proven of {} cells of the box, the largest \
-             {:.2e} across, and smaller components, or those that cross several of these cells, \
-             may have no point",
-            proof.left, proof.largest_left
-        ),
-        (None, Some(curves)) => format!(
-            "components may be missed: it could not be proven that the curve has no others, because \
-             {} tiny cells of the box are left undecided",
-            curves.undecided
-        ),
-        (None, None) => return,
-    };
-    let warning = Diagnostic::warning(Code::MaybeMissed, message)
-        .label(arguments.span, "sampled here")
-        .help("give `bounds` that are closer to the surface, or `seeds` on the component that is missing");
-    session.host.warn(warning);
-}
-
-fn warn_about_lines(
-    session: &mut Session,
-    arguments: &Arguments,
-    statistics: &sample::Statistics,
-    lines: &sample::Lines,
-) {
-    let mut warn = |code, message: String, help: &str| {
-        let warning = Diagnostic::warning(code, message)
-            .label(arguments.span, "sampled here")
-            .help(help);
-        session.host.warn(warning);
-    };
-    if !statistics.converged {
-        warn(
-            Code::DroppedPoints,
-            format!(
-                "only {} points were found on {} lines: the surface is too small for its box",
-                statistics.points, lines.drawn
-            ),
-            "give `bounds` that are closer to the surface",
-        );
-    }
-    if lines.undecided > 0 {
-        warn(
-            Code::PoorRoots,
-            format!(
-                "at {} places on {} lines the field jumps, has a pole, ends, or could not be \
-                 enclosed closely: they give no points",
-                lines.undecided, lines.drawn
-            ),
-            "a pole such as 1/x changes its sign without a zero",
-        );
     }
 }
 

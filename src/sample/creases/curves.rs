@@ -129,7 +129,7 @@ fn follow_pair(
         compiled: system.compiled(),
     };
     let traced = trace(&walker, &region, &Quiet(monitor))?;
-    let mut undecided = traced.undecided;
+    let mut undecided = traced.undecided - traced.undecided_at_singular;
     let mut curves = Vec::new();
     for component in traced.components {
         let (runs, left) = runs(setting, &system, pair, &component, &traced.events);

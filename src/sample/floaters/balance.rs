@@ -74,6 +74,10 @@ impl Gap {
 /// radius from each.
 const COINCIDENT_WITH_FIXED: f64 = 1.1;
 
+/// From a corner of a cube the way to the middle of a side is inclined by 0.82 (the sine), that through the
+/// cube by 1.
+const THROUGH: f64 = 0.9;
+
 /// From a crease the way to the sides is longer, because they are inclined.
 const OFF_CREASE: f64 = 1.4;
 
@@ -373,10 +377,19 @@ impl Population<'_> {
         let mut best = None;
         let mut most = gap.room * own.radius;
         let reach = gap.distance * if own.is_fixed { OFF_CREASE } else { 1.0 };
-        for (cosine, sine) in DIRECTIONS {
-            let direction = cosine * one + sine * other;
-            let away = reach * own.radius * direction;
-            let place = (own.position + away).clamp(self.bounds.min, self.bounds.max);
+        let around = DIRECTIONS.iter().map(|(cosine, sine)| {
+            let direction = *cosine * one + *sine * other;
+            own.position + reach * own.radius * direction
+        });
+        // Where sides are inclined the tangent plane leads off them, and the middle between two on the
+        // edges of one side is on it.
+        let others = self.neighbours.of(index).iter().filter(|_| own.is_fixed);
+        let half_ways = others
+            .map(|&other| 0.5 * (self.floaters[other as usize].position - own.position))
+            .filter(|way| way.dot(own.normal).abs() < THROUGH * way.length());
+        let middles = half_ways.map(|way| own.position + way);
+        for place in around.chain(middles) {
+            let place = place.clamp(self.bounds.min, self.bounds.max);
             let room = self.room(index, place, gap);
             if room > most {
                 most = room;

@@ -47,6 +47,9 @@ const FARTHEST: f64 = 1.0;
 /// And in at most so many parts.
 const MOST_PARTS: usize = 64;
 
+/// Floaters that are off the surface by this part of σ̂ after they were carried may repel each other.
+const NEAR: f64 = 0.05;
+
 /// Curvatures below this part of 1 / extent count as flat.
 const FLAT: f64 = 0.3;
 
@@ -356,7 +359,12 @@ impl Followers {
             floater.is_fixed = false;
         }
         followed.evaluations += 3 * self.floaters.len() as u64;
-        self.put_on(after, followed);
+        // Repulsion begins on the surface, or so close to it that it may end there.
+        let near = NEAR * self.target.desired;
+        let is_near = |floater: &Floater| floater.here.distance() <= near;
+        if !self.floaters.iter().all(is_near) {
+            self.put_on(after, followed);
+        }
     }
 
     /// One step of adaptive repulsion.
@@ -367,6 +375,7 @@ impl Followers {
         let mut population = Population::new(field, self.room(), self.options.rules);
         population.floaters = std::mem::take(&mut self.floaters);
         population.capacity = self.capacity;
+        population.skin = 0.0;
         let changes = population.adapt(self.target, &mut self.dice);
         followed.births += changes.births;
         followed.deaths += changes.deaths;

@@ -53,7 +53,7 @@ const BACK: f64 = -0.5;
 /// For so many steps after it has met a crease a floater counts as being there.
 const CREASE_MEMORY: u32 = 100;
 
-/// Lists of neighbours reach farther than needed by this part of the cutoff.
+/// How much farther lists of neighbours reach, for floaters that move little in a step.
 const SKIN: f64 = 0.25;
 
 /// Floaters nearer than so many radii are on the same piece of the surface, unless one is on the back.
@@ -275,6 +275,9 @@ pub(super) struct Population<'a> {
     /// spacing, floaters find no neighbours on their sheet and would split for ever.
     pub(super) capacity: usize,
     pub(super) rules: Rules,
+    /// Lists of neighbours reach farther than needed by this part of the cutoff: none where every step
+    /// makes its own.
+    pub(super) skin: f64,
     pub(super) neighbours: Neighbours,
     /// Where floaters were when the lists were made, and how far they saw; empty when lists have to
     /// be made anew.
@@ -292,6 +295,7 @@ impl<'a> Population<'a> {
             wanted: None,
             capacity: COARSE_CAPACITY,
             rules,
+            skin: SKIN,
             neighbours: Neighbours::default(),
             listed: Vec::new(),
             tally: Tally::default(),
@@ -369,7 +373,7 @@ impl<'a> Population<'a> {
         }
         let site = |floater: &Floater| Site {
             position: floater.position,
-            reach: (1.0 + SKIN) * CUTOFF * floater.radius,
+            reach: (1.0 + self.skin) * CUTOFF * floater.radius,
         };
         let unsorted: Vec<Site> = self.floaters.iter().map(site).collect();
         let order = order(&unsorted);
@@ -502,18 +506,21 @@ impl<'a> Population<'a> {
     /// tolerance or it takes too long. Those in a side of the box stay in it.
     pub(super) fn land(&mut self, tolerance: f64) {
         for _ in 0..LANDING_STEPS {
+            let bounds = self.bounds;
             let is_off = |floater: &Floater| floater.here.distance() > tolerance;
-            if !self.floaters.iter().any(is_off) {
+            let off: Vec<usize> = (0..self.floaters.len())
+                .filter(|&index| is_off(&self.floaters[index]))
+                .collect();
+            if off.is_empty() {
                 break;
             }
-            let bounds = self.bounds;
-            let places: Vec<DVec3> = self
-                .floaters
-                .iter_mut()
-                .map(|floater| floater.aim(&bounds, DVec3::ZERO, &LANDING))
+            let places: Vec<DVec3> = off
+                .iter()
+                .map(|&index| self.floaters[index].aim(&bounds, DVec3::ZERO, &LANDING))
                 .collect();
             let there = self.evaluate(&places);
-            for ((floater, place), there) in self.floaters.iter_mut().zip(places).zip(there) {
+            for ((&index, place), there) in off.iter().zip(places).zip(there) {
+                let floater = &mut self.floaters[index];
                 if there.distance() <= floater.here.distance() {
                     floater.arrive(place, there);
                 }

@@ -146,6 +146,7 @@ impl Search {
             along,
             point,
             touches: !bracket.proven,
+            in_region: false,
         };
         (along, is_root.then_some(crossing))
     }

@@ -38,6 +38,8 @@ pub(super) struct Doubt {
     pub(super) to: f64,
     /// F at the ends.
     pub(super) values: [f64; 2],
+    /// The length on which F is proven to be 0 all along.
+    pub(super) vanishing: f64,
 }
 
 impl Doubt {
@@ -67,6 +69,8 @@ enum Verdict {
     Monotonous,
     /// Nothing, and smaller parts would not help: it is 0 to the tolerance all along.
     Flat,
+    /// It is 0 all along.
+    Zero,
     /// Nothing.
     Open,
 }
@@ -132,6 +136,10 @@ fn isolate_by_enclosures(
                 Verdict::Empty => {}
                 Verdict::Monotonous => part.root(chunk, &mut brackets, &mut doubts),
                 Verdict::Flat => doubts.push(part.doubt()),
+                Verdict::Zero => doubts.push(Doubt {
+                    vanishing: part.to - part.from,
+                    ..part.doubt()
+                }),
                 Verdict::Open => {
                     let left = &mut left[part.line as usize];
                     if part.to - part.from <= floor || *left == 0 {
@@ -185,6 +193,7 @@ fn joined(mut doubts: Vec<Doubt>) -> Vec<Doubt> {
             Some(last) if last.line == doubt.line && last.to == doubt.from => {
                 last.to = doubt.to;
                 last.values[1] = doubt.values[1];
+                last.vanishing += doubt.vanishing;
             }
             _ => joined.push(doubt),
         }
@@ -199,6 +208,7 @@ impl Part {
             from: self.from,
             to: self.to,
             values: self.values,
+            vanishing: 0.0,
         }
     }
 
@@ -229,7 +239,8 @@ impl Part {
     /// A lower bound of |F| on the part from F at the ends and the slopes between them ("linear
     /// boundary value form", A. Neumaier, Interval Methods for Systems of Equations, 1990,
     /// section 2.4): where the two lines meet that fall from the ends as steeply as F may.
-    fn is_bounded_away(&self, slope: Interval) -> bool {
+    /// `rounding` is a length: the values are wrong as if their places were by so much.
+    fn is_bounded_away(&self, slope: Interval, rounding: f64) -> bool {
         let [first, last] = self.values;
         if (first < 0.0) != (last < 0.0) {
             return false;
@@ -242,7 +253,8 @@ impl Part {
         let ends = high * first.abs() - low * last.abs();
         let fall = -low * high * width;
         // The difference is believed where it is not rounding.
-        ends - fall > 1e-12 * ends
+        let error = rounding * high.max(-low) * (high - low);
+        ends - fall > 1e-12 * ends + error
     }
 }
 
@@ -343,11 +355,16 @@ impl Boxes {
         if !slope.contains(0.0) {
             return Verdict::Monotonous;
         }
-        if part.is_bounded_away(slope) {
+        let rounding = chunk.wanted.rounding(chunk.point(part.line, part.from));
+        if part.is_bounded_away(slope, rounding) {
             return Verdict::Empty;
         }
         let largest = range.high.max(-range.low);
-        if largest == 0.0 || largest <= chunk.wanted.tolerance * least.sqrt() {
+        // A product with 0 is rounded outward.
+        if largest <= f64::MIN_POSITIVE {
+            return Verdict::Zero;
+        }
+        if largest <= chunk.wanted.tolerance * least.sqrt() {
             return Verdict::Flat;
         }
         Verdict::Open

@@ -66,6 +66,12 @@ const LARGEST_NOISE: f64 = 1e-5;
 /// The most steps of a walk.
 const STEP_LIMIT: usize = 400_000;
 
+/// Evaluations that may be made in vain, per coordinate beyond the first: a second's work or so. A
+/// proven step accounts for so many; a walk may take this part of all.
+const IN_VAIN: u64 = 3 << 18;
+const FOR_A_STEP: u64 = 40;
+const FOR_A_WALK: u64 = 4;
+
 /// The border is moved outward by this part of the diagonal, so that a curve that only touches it is
 /// not cut by rounding.
 const SLACK: f64 = 1e-9;
@@ -79,7 +85,7 @@ pub(in crate::sample) enum End {
     Border,
     /// Inside: the field is undefined beyond, or other branches were there before.
     Inside,
-    /// Nowhere: too many steps.
+    /// Nowhere: too many steps, or too many evaluations for them.
     Limit,
     /// On a curve that was walked before.
     Old,
@@ -103,6 +109,16 @@ pub(in crate::sample) struct Events {
 }
 
 impl Events {
+    /// The same, with the counts of steps and walks of later ones.
+    pub(in crate::sample) fn with_work_of(self, later: &Events) -> Events {
+        Events {
+            unproven: later.unproven,
+            steps: later.steps,
+            unfinished: later.unfinished,
+            ..self
+        }
+    }
+
     /// Whether the point is one of the singular ones, up to a distance.
     pub(in crate::sample) fn is_near(&self, point: DVec3, distance: f64) -> bool {
         let all = self.crossings.iter().chain(&self.corners);
@@ -135,6 +151,22 @@ struct Taken {
 }
 
 impl Walker<'_> {
+    /// Whether much more was evaluated than proven steps account for: the search then ends where it
+    /// is, because the curve is singular all along, or finer than can be followed.
+    pub(in crate::sample) fn is_exhausted(&self, events: &Events) -> bool {
+        self.in_vain(events) > self.allowed()
+    }
+
+    fn allowed(&self) -> u64 {
+        IN_VAIN * (self.system.dimension as u64).saturating_sub(1)
+    }
+
+    /// Evaluations that no proven step accounts for.
+    fn in_vain(&self, events: &Events) -> u64 {
+        let proven = events.steps.saturating_sub(events.unproven);
+        self.system.counts().0.saturating_sub(FOR_A_STEP * proven)
+    }
+
     /// Whether a point lies in the box or on its border.
     pub(in crate::sample) fn is_inside(&self, point: DVec3) -> bool {
         let mut slack = DVec3::splat(SLACK * self.system.diagonal);
@@ -161,7 +193,8 @@ impl Walker<'_> {
         let mut steps: Vec<Step> = Vec::new();
         let mut here = *start;
         let mut wanted = FIRST * diagonal;
-        while steps.len() < STEP_LIMIT {
+        let most = self.in_vain(events) + self.allowed() / FOR_A_WALK;
+        while steps.len() < STEP_LIMIT && self.in_vain(events) <= most {
             let Some(taken) = self.advance(&here, wanted) else {
                 match self.leap(&here, &steps, is_old, events) {
                     Some((over, to)) => {

@@ -2,9 +2,10 @@
 //!
 //! In reading order: the equations of a curve and Newton's steps (`system`), a step and the arc
 //! length of it (`step`), what intervals prove (`proof`), the walk (`curve`), where walks begin so
-//! that no component is missed (`starts`), and points at equal distances (`spread`). Surfaces: `surface`.
+//! that no component is missed (`starts`) and what is left of that (`left`), and points at equal distances (`spread`). Surfaces: `surface`.
 
 mod curve;
+mod left;
 mod proof;
 mod spread;
 mod starts;
@@ -118,8 +119,11 @@ fn statistics(system: &System, traced: &Traced, samples: &Samples, bounds: Bound
             crossings: events.crossings.len() as u64,
             corners: events.corners.len() as u64,
             ends: events.ends.len() as u64,
+            unfinished: events.unfinished,
             unproven_steps: events.unproven,
             undecided: traced.undecided,
+            undecided_at_singular: traced.undecided_at_singular,
+            largest_undecided: traced.largest_undecided,
             proven: traced.proven,
         }),
         ..Statistics::new(bounds)

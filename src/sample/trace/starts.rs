@@ -5,8 +5,8 @@
 //! that it cannot leave through the sides, there is one piece of it at most; if a point of that
 //! lies on a curve that was walked, the cell is settled, and if not, a walk begins there. Other
 //! cells are split, down to cells that are as small as the places at which a walk jumps over what
-//! is singular. What is left of them is counted: a component that was missed lies in such cells
-//! only.
+//! is singular. What is left of them is judged in groups (`left`): a component that was missed lies
+//! in one of those that remain undecided. The work has a limit, after which all cells are left.
 //!
 //! Of fields that are not compiled nothing is known between the points of a grid; walks then begin
 //! in its cells on whose corners all fields change their sign, and nothing is proven.
@@ -16,6 +16,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::curve::{End, Events, Walker};
+use super::left;
 use super::proof::{Cell, Known, enclose, miss_each_other, reaches};
 use super::step::{Place, Step};
 use super::system::Condition;
@@ -47,6 +48,11 @@ const TRIED_FROM: u32 = 5;
 /// A start with a smaller sine between the normals is singular.
 const SMALLEST_SINE: f64 = 1e-5;
 
+/// At zeros of higher order Newton's steps shrink by a constant factor only, 1/2 at the least, and
+/// still are longer than this part of the diagonal when there have been enough of them.
+const SLOW: f64 = 0.4;
+const INEXACT: f64 = 1e-12;
+
 /// So many cells in which the equations hold without a regular point anywhere show that there is no
 /// curve.
 const HOPELESS: u64 = 2000;
@@ -59,6 +65,9 @@ const GRID: (usize, usize) = (256, 48);
 
 /// Cells that are left so close to a singular point, as a part of the diagonal, are expected.
 const NEAR: f64 = 1e-3;
+
+/// A point of a curve that was walked is known up to this part of the diagonal.
+const KNOWN_TO: f64 = 1e-7;
 
 /// One connected curve, or a part of one that ends at a singular point.
 pub(in crate::sample) struct Component {
@@ -73,8 +82,12 @@ pub(in crate::sample) struct Component {
 pub(in crate::sample) struct Traced {
     pub(in crate::sample) components: Vec<Component>,
     pub(in crate::sample) events: Events,
-    /// Cells of which nothing could be proven, apart from those at singular points.
+    /// Cells of which nothing could be proven.
     pub(in crate::sample) undecided: u64,
+    /// How many of them are at singular points that were met, where that is expected.
+    pub(in crate::sample) undecided_at_singular: u64,
+    /// The largest diagonal of one that is not.
+    pub(in crate::sample) largest_undecided: f64,
     /// Whether cells were looked at by intervals, and none is undecided.
     pub(in crate::sample) proven: bool,
     /// Starts at which the equations hold and have no tangent.
@@ -189,7 +202,7 @@ impl Search<'_> {
                 if monitor.cancelled() {
                     return None;
                 }
-                if enclosed >= most_cells {
+                if enclosed >= most_cells || self.walker.is_exhausted(&self.traced.events) {
                     left.extend(batch.iter().map(|open| open.cell));
                     continue;
                 }
@@ -203,12 +216,17 @@ impl Search<'_> {
             monitor.progress("cover", enclosed as f64 / most_cells as f64);
             level = next;
         }
-        let undecided = left.iter().filter(|cell| {
-            let near = NEAR * self.walker.system.diagonal;
-            !self.traced.events.is_near(cell.center(), near)
-        });
-        self.traced.undecided = undecided.count() as u64;
-        self.traced.proven = self.traced.undecided == 0;
+        let undecided = left::undecided(self.walker.system, fields, &self.walker.bounds, left);
+        let near = NEAR * self.walker.system.diagonal;
+        let events = &self.traced.events;
+        let elsewhere = undecided
+            .iter()
+            .filter(|cell| !events.is_near(cell.center(), near));
+        let elsewhere: Vec<f64> = elsewhere.map(|cell| cell.size().length()).collect();
+        self.traced.undecided_at_singular = (undecided.len() - elsewhere.len()) as u64;
+        self.traced.largest_undecided = elsewhere.into_iter().fold(0.0, f64::max);
+        self.traced.undecided = undecided.len() as u64;
+        self.traced.proven = undecided.is_empty();
         Some(())
     }
 
@@ -239,7 +257,10 @@ impl Search<'_> {
         let known_around = enclose(system, fields, &around);
         for (((open, here), around), known) in possible.iter().zip(&around).zip(known_around) {
             if here.flat {
+                // Smaller cells would be as flat.
                 self.traced.singular += HOPELESS;
+                left.push(open.cell);
+                continue;
             }
             if self.is_flat(&open.cell, here) || self.is_settled(&open.cell, around, &known) {
                 continue;
@@ -290,7 +311,11 @@ impl Search<'_> {
             let Some(found) = self.walker.system.solve(start, condition, reach) else {
                 continue;
             };
-            let run = cell.side(axis) - Interval::point(across);
+            // The piece is followed a little further, because a point of a curve that was walked
+            // may stand for this one.
+            let same = KNOWN_TO * self.walker.system.diagonal;
+            let slack = Interval::new(-same, same);
+            let run = cell.side(axis) - Interval::point(across) + slack;
             let holds = around.contains(found.position)
                 && reaches(known, axis, found.position, run, around);
             if !holds {
@@ -321,7 +346,9 @@ impl Search<'_> {
         let system = self.walker.system;
         match system.solve(start, Condition::Nearest, reach) {
             Some(found) => {
-                let regular = found.local.direction().length() > SMALLEST_SINE;
+                let inexact = found.noise > INEXACT * system.diagonal;
+                let multiple = inexact && found.contraction > SLOW;
+                let regular = found.local.direction().length() > SMALLEST_SINE && !multiple;
                 if !around.contains(found.position) || !self.walker.is_inside(found.position) {
                 } else if !regular {
                     self.count_singular(1);
@@ -361,6 +388,7 @@ impl Search<'_> {
             return false;
         };
         let mut events = std::mem::take(&mut self.traced.events);
+        let before = events.clone();
         let ends = events.ends.len();
         let known = |point: DVec3| is_old(&self.traced, walker, point);
         let (mut steps, end) = walker.walk(&place, &known, &mut events);
@@ -382,12 +410,15 @@ impl Search<'_> {
         if closed {
             events.ends.truncate(ends);
         }
-        self.traced.events = events;
-        if old {
-            return true;
-        }
-        if steps.is_empty() {
-            return false;
+        let proven = events.unproven == before.unproven;
+        // A curve that could not be walked along is none, and neither is what was met on it.
+        let nothing = !old && steps.is_empty();
+        self.traced.events = match nothing {
+            true => before.with_work_of(&events),
+            false => events,
+        };
+        if old || nothing {
+            return old && proven;
         }
         let number = self.traced.components.len() as u32;
         self.traced.index.insert(number, &steps);
@@ -412,6 +443,10 @@ impl Search<'_> {
         for batch in cells.chunks(BATCH) {
             if monitor.cancelled() {
                 return None;
+            }
+            if self.walker.is_exhausted(&self.traced.events) {
+                self.traced.undecided += batch.len() as u64;
+                continue;
             }
             for cell in batch {
                 self.try_cell(cell, &cell.scaled(AROUND));
