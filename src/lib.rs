@@ -28,6 +28,8 @@ pub mod sample;
 
 pub mod motion;
 
+pub mod elastic;
+
 pub mod polygonize;
 
 pub mod inspect;

@@ -115,6 +115,7 @@ codes! {
     W0814 CoarseSpacing "spacing larger than the surface",
     W0815 NotFollowed "points that the surface cannot follow",
     W0816 LostSurface "surface that floaters lose",
+    W0817 CrushedSolid "solid that its fall crushes",
 }
 
 impl Code {

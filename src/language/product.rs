@@ -3,6 +3,7 @@
 //! One table of properties for each kind serves `value.name`, the JSON summaries and the list of
 //! names in messages.
 
+mod elastic;
 mod motion;
 
 use std::cell::OnceCell;
@@ -17,6 +18,7 @@ use crate::polygonize;
 use crate::sample;
 use crate::syntax::tree::Name;
 
+pub use elastic::FallSet;
 pub use motion::{FitSet, SimulationSet, Warned};
 
 /// Samples and how they came about.
@@ -383,6 +385,7 @@ pub fn property(value: &Value, name: &str) -> Option<Value> {
         Value::Image(set) => find(IMAGE, set, name),
         Value::Simulation(set) => find(motion::SIMULATION, set, name),
         Value::Fit(set) => find(motion::FIT, set, name),
+        Value::Fall(set) => find(elastic::FALL, set, name),
         _ => None,
     }
 }
@@ -403,6 +406,7 @@ pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
         Value::Image(set) => shown_values(IMAGE, set),
         Value::Simulation(set) => shown_values(motion::SIMULATION, set),
         Value::Fit(set) => shown_values(motion::FIT, set),
+        Value::Fall(set) => shown_values(elastic::FALL, set),
         _ => Vec::new(),
     }
 }
@@ -421,6 +425,7 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
             .map(|property| property.name)
             .collect(),
         Value::Fit(_) => motion::FIT.iter().map(|property| property.name).collect(),
+        Value::Fall(_) => elastic::FALL.iter().map(|property| property.name).collect(),
         _ => Vec::new(),
     }
 }
@@ -444,6 +449,7 @@ pub fn all_properties() -> Vec<(&'static str, &'static str)> {
         .chain(named("an image", IMAGE))
         .chain(named("a simulation", motion::SIMULATION))
         .chain(named("a fit", motion::FIT))
+        .chain(named("a fall", elastic::FALL))
         .collect()
 }
 
@@ -473,6 +479,7 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
                  move the surface"
                     .into()
             }
+            Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
             _ => "it is only defined for closed and manifold results".into(),
         })
     } else {

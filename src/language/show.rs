@@ -35,7 +35,8 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         | Value::Curves(_)
         | Value::Image(_)
         | Value::Simulation(_)
-        | Value::Fit(_) => show_product(value, precision),
+        | Value::Fit(_)
+        | Value::Fall(_) => show_product(value, precision),
         Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()

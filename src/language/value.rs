@@ -10,7 +10,7 @@ use super::field::FieldValue;
 use super::function::FunctionValue;
 use super::list::List;
 use super::module::Module;
-use super::product::{CurveSet, FitSet, ImageSet, MeshSet, SampleSet, SimulationSet};
+use super::product::{CurveSet, FallSet, FitSet, ImageSet, MeshSet, SampleSet, SimulationSet};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
 
@@ -50,6 +50,8 @@ pub enum Value {
     Simulation(Rc<SimulationSet>),
     /// A field that was fitted to points.
     Fit(Rc<FitSet>),
+    /// A solid that fell.
+    Fall(Rc<FallSet>),
     /// Definitions that are reached as `name.member`.
     Module(Rc<Module>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
@@ -103,6 +105,7 @@ impl Value {
             Value::Image(_) => "an image",
             Value::Simulation(_) => "a simulation",
             Value::Fit(_) => "a fit",
+            Value::Fall(_) => "a fall",
             Value::Module(_) => "a module",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
@@ -119,6 +122,7 @@ impl Value {
                 | Value::Image(_)
                 | Value::Simulation(_)
                 | Value::Fit(_)
+                | Value::Fall(_)
         )
     }
 

@@ -13,7 +13,7 @@ use super::camera::{Aim, Camera};
 use super::color::{PALETTE, pixel};
 use super::light;
 use super::space::{HeightMap, Hit};
-use super::{Options, Picture, PictureError, Statistics, bad, check_angles, checked_size};
+use super::{Options, Picture, PictureError, Statistics, bad, check_angles, checked_film};
 use crate::geometry::{Bounds, Image, Samples};
 
 /// Disks are smaller than the radii by this factor, so that they are seen apart.
@@ -75,19 +75,8 @@ pub fn render_samples(
         let message = "samples are shown in R2 and R3, and there must be some".to_owned();
         return bad("f", message);
     }
-    let size = checked_size(options)?;
+    let size = checked_film(options, scenes.len())?;
     check_angles(options)?;
-    let pixels = (size[0] * size[1]).saturating_mul(scenes.len());
-    if pixels > super::LARGEST {
-        let message = format!(
-            "{} pictures of {} by {} pixels are too many: together at most {} pixels",
-            scenes.len(),
-            size[0],
-            size[1],
-            super::LARGEST
-        );
-        return bad("size", message);
-    }
     if dimension == 2 {
         let pictures = scenes.par_iter().map(|scene| dots(scene, options, size));
         return Ok(pictures.collect());

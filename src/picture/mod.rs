@@ -4,7 +4,8 @@
 //! One entry, [`render`], makes an image of any field. `line` draws graphs; `plane` evaluates F
 //! at every pixel, or only the sign of F where intervals leave it open ([`bitmap`]), and `tone`
 //! colours it; `space` finds what each pixel of a [`Camera`] sees ([`height_map`]), `root` where
-//! exactly, and `light` shades it; `disks` shows samples. `color` knows the palette. What is smaller than a pixel can
+//! exactly, and `light` shades it; `disks` shows samples, `meshes` triangles, `outlines` what
+//! closed curves surround. `color` knows the palette. What is smaller than a pixel can
 //! be missed; an image does not depend on the number of threads.
 
 mod camera;
@@ -13,6 +14,8 @@ mod disks;
 mod light;
 mod line;
 mod march;
+mod meshes;
+mod outlines;
 mod plane;
 mod root;
 mod space;
@@ -25,6 +28,8 @@ use crate::geometry::{Bounds, Image};
 
 pub use camera::{Aim, Camera, View};
 pub use disks::{Scene, box_around, render_samples};
+pub use meshes::{box_around_points, render_meshes};
+pub use outlines::render_outlines;
 pub use plane::{Bitmap, Side, bitmap};
 pub use space::{HeightMap, Hit, height_map};
 
@@ -215,6 +220,19 @@ fn checked_size(options: &Options) -> Result<[usize; 2], PictureError> {
         return bad("samples", message);
     }
     Ok([width, height])
+}
+
+/// The size of each of so many pictures, if all of them together are not too large.
+fn checked_film(options: &Options, pictures: usize) -> Result<[usize; 2], PictureError> {
+    let size = checked_size(options)?;
+    if (size[0] * size[1]).saturating_mul(pictures) > LARGEST {
+        let message = format!(
+            "{pictures} pictures of {} by {} pixels are too many: together at most {LARGEST} pixels",
+            size[0], size[1],
+        );
+        return bad("size", message);
+    }
+    Ok(size)
 }
 
 /// The size with so many pixels along the longer side.

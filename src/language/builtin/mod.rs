@@ -7,6 +7,7 @@
 mod arguments;
 mod calculus;
 mod choices;
+mod elastic;
 mod extent;
 mod fit;
 mod geometry;
@@ -84,6 +85,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Samples", samples::TABLE),
     ("Motion and control", motion::TABLE),
     ("Fitting", fit::TABLE),
+    ("Solids that fall", elastic::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),

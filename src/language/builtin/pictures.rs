@@ -3,16 +3,18 @@
 use std::path::PathBuf;
 use std::rc::Rc;
 
+use glam::DVec3;
+
 use super::script::{output_path, write, write_by};
 use super::surfaces::{box_of, compiled_argument};
 use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::Field;
 use crate::file::{self, Format, check_writable};
-use crate::geometry::{Animation, Bounds};
+use crate::geometry::{Animation, Bounds, Curves, Mesh};
 use crate::language::field::bounds_of;
 use crate::language::function::At;
-use crate::language::product::{ImageSet, SimulationSet};
+use crate::language::product::{FallSet, ImageSet, SimulationSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use crate::picture::{self, Options, Picture, PictureError, Scene, Size, Style, View};
@@ -37,7 +39,7 @@ pub(super) const TABLE: &[Builtin] = &[action(
         "transparent = false",
         "fps = 25",
     ],
-    "A picture of a field, of samples or of a simulation, written to a PNG file if a path is given: of a field a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3; of samples dots in R2, and in R3 lit disks on the surface, as large as their radii. Of a simulation that is recorded it makes an animated PNG, `fps` frames a second, with control points as balls, and gives the last frame. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
+    "A picture of a field, of samples, of a mesh, of a simulation or of a fall, written to a PNG file if a path is given: of a field a graph in R1, a map in R2 (style \"shaded\", with contour lines every `step`, or \"fill\"), a lit solid in R3; of samples dots in R2, and in R3 lit disks on the surface, as large as their radii. Of a simulation that is recorded it makes an animated PNG, `fps` frames a second, with control points as balls, and gives the last frame; so it does of a fall, with the ground. `size` is the longer side in pixels, or [width, height]. The box is `bounds`, or what `over` says, or one around the whole zero set; what it cuts off a solid is shown flat. A solid is seen from \"isometric\", \"front\", \"back\", \"left\", \"right\", \"top\", \"bottom\" or [azimuth, elevation], with parallel rays or with `perspective`, an angle of view; `whole = true` shows all of the box, `occlusion = true` darkens corners, `samples` squared rays go through a pixel.",
     plot,
 )];
 
@@ -67,6 +69,11 @@ fn plot(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             of_simulation(session, arguments, &set)?,
             set.field.dimension(),
         ),
+        Value::Mesh(set) => {
+            let meshes = std::slice::from_ref(&set.mesh);
+            (of_meshes(session, arguments, meshes, false)?, 3)
+        }
+        Value::Fall(set) => (of_fall(session, arguments, &set)?, set.fall.dimension),
         _ => {
             let (picture, dimension) = of_field(session, arguments)?;
             (vec![picture], dimension)
@@ -162,6 +169,58 @@ fn of_scenes(
     };
     let options = options(session, arguments, bounds)?;
     picture::render_samples(scenes, &options).map_err(|error| picture_failure(&error, arguments))
+}
+
+/// Pictures of the frames of a fall.
+fn of_fall(session: &mut Session, arguments: &Arguments, set: &FallSet) -> Outcome<Vec<Picture>> {
+    let fall = &set.fall;
+    if fall.dimension == 3 {
+        let meshes: Vec<Mesh> = fall.frames.iter().map(|frame| fall.mesh(frame)).collect();
+        return of_meshes(session, arguments, &meshes, true);
+    }
+    let curves: Vec<Curves> = fall.frames.iter().map(|frame| fall.curves(frame)).collect();
+    let points = curves.iter().flat_map(|curves| &curves.polylines);
+    let points = points.flat_map(|polyline| &polyline.points).copied();
+    let bounds = shown_box(session, arguments, 2, points)?;
+    let options = options(session, arguments, bounds)?;
+    picture::render_outlines(&curves, true, &options)
+        .map_err(|error| picture_failure(&error, arguments))
+}
+
+/// Pictures of meshes, on the ground or not.
+fn of_meshes(
+    session: &mut Session,
+    arguments: &Arguments,
+    meshes: &[Mesh],
+    ground: bool,
+) -> Outcome<Vec<Picture>> {
+    let points = meshes.iter().flat_map(|mesh| &mesh.positions).copied();
+    let bounds = shown_box(session, arguments, 3, points)?;
+    let options = options(session, arguments, bounds)?;
+    picture::render_meshes(meshes, ground, &options)
+        .map_err(|error| picture_failure(&error, arguments))
+}
+
+/// The box that was asked for, or one around these points.
+fn shown_box(
+    session: &mut Session,
+    arguments: &Arguments,
+    dimension: usize,
+    points: impl Iterator<Item = DVec3>,
+) -> Outcome<Bounds> {
+    for name in ["style", "step"] {
+        if arguments.given(name).is_some() {
+            let message = format!("`{name}` is for pictures of fields");
+            return Err(arguments.bad(name, message));
+        }
+    }
+    match arguments.plain(session, "bounds")? {
+        Some(given) => bounds_of(&given, dimension).at(arguments.place("bounds"), "here"),
+        None => picture::box_around_points(dimension, points).ok_or_else(|| {
+            let message = "there is nothing to be shown".to_owned();
+            arguments.bad("f", message)
+        }),
+    }
 }
 
 fn options(session: &mut Session, arguments: &Arguments, bounds: Bounds) -> Outcome<Options> {

@@ -38,7 +38,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png. Of a simulation that is recorded it writes a file for each frame, `name-0000.ply` and so on; else the floaters as they are.",
+        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
         export,
     ),
     pure(
@@ -142,6 +142,13 @@ fn export(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         }
         return Ok(Value::Nothing);
     }
+    if let Value::Fall(set) = &value {
+        for (number, frame) in set.fall.frames.iter().enumerate() {
+            let path = frame_path(&path, number);
+            write(session, arguments, &path, &set.boundary(frame))?;
+        }
+        return Ok(Value::Nothing);
+    }
     write(session, arguments, &path, &value)?;
     Ok(Value::Nothing)
 }
@@ -178,7 +185,7 @@ pub(super) fn write(
         _ => None,
     })?
     .ok_or_else(|| {
-        let expected = "a mesh, curves, samples, an image or a simulation";
+        let expected = "a mesh, curves, samples, an image, a simulation or a fall";
         arguments.expected(expected, "value", value)
     })
 }
