@@ -8,7 +8,11 @@ use common::imp;
 
 fn examples() -> Vec<PathBuf> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let folders = [folder.clone(), folder.join("witkin-heckbert")];
+    let entries = std::fs::read_dir(&folder).unwrap();
+    let inner = entries
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.is_dir());
+    let folders: Vec<PathBuf> = inner.chain([folder.clone()]).collect();
     let mut files: Vec<PathBuf> = folders
         .iter()
         .flat_map(|folder| std::fs::read_dir(folder).unwrap())
@@ -16,7 +20,7 @@ fn examples() -> Vec<PathBuf> {
         .filter(|path| path.extension().is_some_and(|extension| extension == "imp"))
         .collect();
     files.sort();
-    assert!(files.len() >= 8, "examples are missing: {files:?}");
+    assert!(files.len() >= 20, "examples are missing: {files:?}");
     files
 }
 

@@ -11,11 +11,12 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::MotionError;
+use super::fit::{FitOptions, fit};
 use super::freedom::Freedom;
 use super::least_change::{Change, Problem, Solver, least_change, limit_to_median};
 use super::metric::Metric;
 use super::rows::{Rows, length};
-use crate::engine::{CompiledField, Field};
+use crate::engine::{CompiledField, Field, Silent};
 
 /// A constraint whose violation is more than this part of its terms has not been satisfied: four digits
 /// above what the worst conditioned system that is solved leaves.
@@ -26,6 +27,9 @@ const TRUST: f64 = 0.25;
 
 /// F must not become flatter than this in a part of a step, as mean squares of |F_x| at the pins.
 const FLATTEST: f64 = 0.25;
+
+/// A fit takes the place of a step if it makes the sum of squared distances smaller by this factor.
+const BETTER: f64 = 0.999;
 
 /// The shortest part of a step that is tried, and the smallest damping of a correction.
 const SHORTEST: f64 = 1.0 / 64.0;
@@ -227,6 +231,7 @@ pub fn advance(
     }
     let mut walk = Walk::new(field, pins, control);
     walk.go(desired, time);
+    walk.fit();
     Ok(walk.report())
 }
 
@@ -511,6 +516,40 @@ impl Walk<'_> {
             damping *= 0.5;
         }
         None
+    }
+
+    /// Where the surface is not with all pins, it may be because least changes led to where it cannot be, or
+    /// because the pins ask for too much: then a fit from the q of the beginning takes the place of what was
+    /// found, if it is nearer to them.
+    fn fit(&mut self) {
+        let squares = |rows: &Rows| -> f64 {
+            let distances = (0..rows.count())
+                .filter(|&index| rows.is_defined(index))
+                .map(|index| distance(rows.values[index], length(rows.gradients[index])));
+            distances.map(|distance| distance * distance).sum()
+        };
+        let enough = self.pins.len() as f64 * self.control.tolerance * self.control.tolerance;
+        let before = squares(&self.rows);
+        if before <= enough {
+            return;
+        }
+        let positions: Vec<DVec3> = self.pins.iter().map(|pin| pin.position).collect();
+        let options = FitOptions::default();
+        let Ok(found) = fit(
+            self.field,
+            &positions,
+            &self.control.freedom,
+            &options,
+            &Silent,
+        ) else {
+            return;
+        };
+        let rows = self.evaluate(&found.q, 0.0);
+        if squares(&rows) < BETTER * before {
+            (self.q, self.rows) = (found.q, rows);
+            self.solver = Solver::LeastSquares;
+            self.rank = found.rank;
+        }
     }
 
     /// What became of it.
