@@ -186,11 +186,14 @@ pub fn sections() -> impl Iterator<Item = (&'static str, &'static [Builtin])> {
 pub(in crate::language) fn suited(
     builtin: &'static Builtin,
     arguments: &[Argument],
+    outside_of_fields: bool,
 ) -> &'static Builtin {
     let moves = |builtin: &Builtin| builtin.parameters.first() == Some(&"sim");
-    let of_simulation = arguments
-        .iter()
-        .any(|argument| matches!(argument.value, Value::Simulation(_)));
+    let is_simulation = |argument: &Argument| matches!(argument.value, Value::Simulation(_));
+    // What is unknown outside of fields is what a script's action would have made.
+    let first = arguments.first().map(|argument| &argument.value);
+    let of_simulation = arguments.iter().any(is_simulation)
+        || (outside_of_fields && matches!(first, Some(Value::Unknown)));
     if builtin.name != motion::STEP || moves(builtin) == of_simulation {
         return builtin;
     }

@@ -271,7 +271,7 @@ impl Session {
         arguments: Vec<Argument>,
         span: Span,
     ) -> Outcome<Value> {
-        let builtin = suited(builtin, &arguments);
+        let builtin = suited(builtin, &arguments, self.graph.level == 0);
         let unknown = arguments.iter().any(|argument| argument.value.is_unknown());
         let weights = arguments.iter().map(|argument| weight(&argument.value));
         self.count_work(weights.sum(), span)?;
