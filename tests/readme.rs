@@ -44,16 +44,17 @@ fn split(line: &str) -> Vec<String> {
 #[test]
 fn every_command_of_the_readme_works() {
     let folder = tempfile::tempdir().unwrap();
-    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    std::fs::create_dir(folder.path().join("examples")).unwrap();
-    for entry in std::fs::read_dir(examples).unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_some_and(|extension| extension == "imp") {
-            let target = folder
-                .path()
-                .join("examples")
-                .join(path.file_name().unwrap());
-            std::fs::copy(&path, target).unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut open = vec![Path::new("examples").to_path_buf()];
+    while let Some(inner) = open.pop() {
+        std::fs::create_dir(folder.path().join(&inner)).unwrap();
+        for entry in std::fs::read_dir(root.join(&inner)).unwrap() {
+            let path = inner.join(entry.unwrap().file_name());
+            if root.join(&path).is_dir() {
+                open.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "imp") {
+                std::fs::copy(root.join(&path), folder.path().join(&path)).unwrap();
+            }
         }
     }
     let commands = commands();
