@@ -1,7 +1,7 @@
 //! Files: one format a file, all written whole or not at all.
 //!
 //! The last step of the way: meshes, curves, samples and pictures leave the program here,
-//! and fields that other programs made come in. The extension of the file name chooses the format from one table,
+//! and fields and meshes that other programs made come in. The extension of the file name chooses the format from one table,
 //! [`FORMATS`]; each format turns a value into bytes, or bytes into one, and knows nothing of
 //! paths. Text formats print every number with the fewest digits that read back as the same f64.
 
@@ -9,14 +9,21 @@ mod format;
 mod write;
 
 mod csv;
+mod dxf;
 mod font;
+mod glb;
 mod obj;
+mod off;
 mod ply;
 mod png;
 mod stl;
 mod svg;
+mod threemf;
 mod vm;
+mod vtk;
 
+mod assembly;
+mod reading;
 mod sample_columns;
 
 #[cfg(test)]
@@ -31,10 +38,11 @@ use thiserror::Error;
 use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 pub use font::Outline;
-use format::Writer;
 pub use format::{FORMATS, Format};
+use format::{Reader, Writer};
+pub use reading::Place;
+use reading::{ReadError, Wrong};
 pub use vm::FieldRoot;
-use vm::ReadError;
 pub use write::{Abandoned, abandon, resolve};
 
 /// Why a file was not written or not read.
@@ -57,21 +65,29 @@ pub enum FileError {
         source: io::Error,
     },
     /// The content is not what the format says.
-    #[error("`{}`, line {line}: {message}", path.display())]
+    #[error("`{}`, {place}: {message}", path.display())]
     BadContent {
         /// The file that was asked for.
         path: PathBuf,
-        /// The line that is wrong, from 1.
-        line: u64,
-        /// What is wrong with it and what was expected.
+        /// The line or byte that is wrong.
+        place: Place,
+        /// What is wrong there and what was expected.
         message: String,
     },
-    /// The content is larger than is allowed.
+    /// The content has more lines than are allowed.
     #[error("`{}` has more than {limit} lines", path.display())]
     TooLong {
         /// The file that was asked for.
         path: PathBuf,
         /// The most lines that it may have.
+        limit: u64,
+    },
+    /// The content has more bytes than are allowed.
+    #[error("`{}` has more than {limit} bytes, the most that is read", path.display())]
+    TooMuch {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// The most bytes that it may have.
         limit: u64,
     },
     /// The file would have more bytes than are allowed.
@@ -98,6 +114,14 @@ pub enum FileError {
         /// The kind of values that it was to hold.
         value: &'static str,
         /// The extensions of the formats that can.
+        suitable: String,
+    },
+    /// The format cannot be read.
+    #[error("the format {format} is only written; {suitable} can be read")]
+    OnlyWritten {
+        /// The name of the format.
+        format: &'static str,
+        /// The extensions of the formats that can be read.
         suitable: String,
     },
 }
@@ -230,39 +254,77 @@ fn check_regular(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Reads a field in the format that the extension names, and puts it into the graph over the
+/// What a file holds.
+#[derive(Debug)]
+pub enum Loaded {
+    /// A field, in nodes of the graph.
+    Field(FieldRoot),
+    /// A mesh.
+    Mesh(Mesh),
+}
+
+/// How much of a file is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowed {
+    /// The most lines of a field.
+    pub lines: u64,
+    /// The most bytes of a mesh.
+    pub bytes: u64,
+}
+
+/// Reads a file in the format that the extension names. A field is put into the graph over the
 /// nodes that stand for x, y and z.
 ///
-/// At most `line_limit` lines are read. When this fails the graph may hold nodes of the lines
-/// before.
-pub fn read_field(
+/// An error names the line or byte that is wrong. The graph may then hold nodes of the lines before.
+pub fn load(
     path: &Path,
     graph: &mut Graph,
     coordinates: [NodeId; 3],
-    line_limit: u64,
-) -> Result<FieldRoot, FileError> {
-    let format = Format::of_path(path)?;
-    let Some(read) = format.field else {
-        return Err(format.cannot_hold("fields"));
+    allowed: Allowed,
+) -> Result<Loaded, FileError> {
+    let reader = Format::reader(path)?;
+    let path = path.to_owned();
+    let content = check_regular(&path).and_then(|()| File::open(&path));
+    let file = match content {
+        Ok(file) => file,
+        Err(source) => return Err(FileError::CannotRead { path, source }),
     };
-    let failed = |source| FileError::CannotRead {
-        path: path.to_owned(),
-        source,
+    let result = match reader {
+        Reader::Field(read) => {
+            let mut input = BufReader::new(file);
+            read(&mut input, graph, coordinates, allowed.lines).map(Loaded::Field)
+        }
+        Reader::Mesh(read) => {
+            read_content(file, allowed.bytes).and_then(|content| Ok(Loaded::Mesh(read(&content)?)))
+        }
     };
-    check_regular(path).map_err(failed)?;
-    let mut input = BufReader::new(File::open(path).map_err(failed)?);
-    read(&mut input, graph, coordinates, line_limit).map_err(|error| match error {
-        ReadError::Failed(source) => failed(source),
-        ReadError::BadLine { line, message } => FileError::BadContent {
-            path: path.to_owned(),
-            line,
+    result.map_err(|error| match error {
+        ReadError::Failed(source) => FileError::CannotRead { path, source },
+        ReadError::Wrong(Wrong { place, message }) => FileError::BadContent {
+            path,
+            place,
             message,
         },
         ReadError::TooLong => FileError::TooLong {
-            path: path.to_owned(),
-            limit: line_limit,
+            path,
+            limit: allowed.lines,
+        },
+        ReadError::TooMuch => FileError::TooMuch {
+            path,
+            limit: allowed.bytes,
         },
     })
+}
+
+/// All bytes of a file, of which there are so many at most.
+fn read_content(file: File, limit: u64) -> Result<Vec<u8>, ReadError> {
+    let mut content = Vec::new();
+    let mut input = file.take(limit.saturating_add(1));
+    input.read_to_end(&mut content).map_err(ReadError::Failed)?;
+    match content.len() as u64 > limit {
+        true => Err(ReadError::TooMuch),
+        false => Ok(content),
+    }
 }
 
 /// Writes a value with the writer that the format has for values of its kind.

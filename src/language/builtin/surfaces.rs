@@ -181,7 +181,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             (Value::Curves(Rc::new(set)), found.statistics)
         }),
         _ => polygonize::surface(&field, &options, monitor).map(|found| {
-            let set = MeshSet::new(found.mesh, "cubes", found.statistics);
+            let set = MeshSet::new(found.mesh, "cubes", Some(found.statistics));
             (Value::Mesh(Rc::new(set)), found.statistics)
         }),
     }
