@@ -272,3 +272,125 @@ impl Drawing<'_> {
         self.end_section()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::super::test_values::{plane_curves, text};
+    use super::*;
+
+    /// The pairs of group codes and values.
+    fn pairs(text: &str) -> Vec<(i32, &str)> {
+        let lines: Vec<&str> = text.lines().collect();
+        assert_eq!(lines.len() % 2, 0);
+        lines
+            .chunks(2)
+            .map(|pair| (pair[0].trim().parse().unwrap(), pair[1]))
+            .collect()
+    }
+
+    /// The pairs of each thing in a section.
+    fn things<'a>(pairs: &[(i32, &'a str)], section: &str) -> Vec<Vec<(i32, &'a str)>> {
+        let start = pairs.iter().position(|pair| *pair == (2, section)).unwrap() + 1;
+        let length = pairs[start..]
+            .iter()
+            .position(|pair| *pair == (0, "ENDSEC"))
+            .unwrap();
+        let mut things: Vec<Vec<(i32, &str)>> = Vec::new();
+        for &(code, value) in &pairs[start..start + length] {
+            match code {
+                0 => things.push(vec![(code, value)]),
+                _ => things.last_mut().unwrap().push((code, value)),
+            }
+        }
+        things
+    }
+
+    fn values<'a>(thing: &[(i32, &'a str)], code: i32) -> Vec<&'a str> {
+        let own = thing.iter().filter(|(own, _)| *own == code);
+        own.map(|(_, value)| *value).collect()
+    }
+
+    fn numbers(thing: &[(i32, &str)], code: i32) -> Vec<f64> {
+        values(thing, code)
+            .iter()
+            .map(|word| word.parse().unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn curves_read_back_exactly() {
+        let curves = plane_curves();
+        let text = text(write_curves, &curves);
+        let pairs = pairs(&text);
+        let entities = things(&pairs, "ENTITIES");
+        let drawn = curves
+            .polylines
+            .iter()
+            .filter(|polyline| !polyline.points.is_empty());
+        assert_eq!(entities.len(), drawn.clone().count());
+        for (entity, polyline) in entities.iter().zip(drawn) {
+            let points = numbers(entity, 10).into_iter().zip(numbers(entity, 20));
+            let points: Vec<DVec3> = points.map(|(x, y)| DVec3::new(x, y, 0.0)).collect();
+            assert_eq!(points, polyline.points);
+            if polyline.points.len() == 1 {
+                assert_eq!(entity[0], (0, "POINT"));
+                continue;
+            }
+            assert_eq!(entity[0], (0, "LWPOLYLINE"));
+            assert_eq!(values(entity, 90), [polyline.points.len().to_string()]);
+            assert_eq!(
+                values(entity, 70),
+                [if polyline.closed { "1" } else { "0" }]
+            );
+        }
+    }
+
+    #[test]
+    fn handles_are_unique_and_lead_to_their_owners() {
+        let text = text(write_curves, &plane_curves());
+        let pairs = pairs(&text);
+        assert_eq!(pairs.last(), Some(&(0, "EOF")));
+        let handle = |word: &str| u64::from_str_radix(word, 16).unwrap();
+        let seed = pairs
+            .iter()
+            .position(|pair| *pair == (9, "$HANDSEED"))
+            .unwrap()
+            + 1;
+        let own = pairs
+            .iter()
+            .enumerate()
+            .filter(|(index, (code, _))| *index != seed && (*code == 5 || *code == 105));
+        let handles: Vec<u64> = own.map(|(_, (_, word))| handle(word)).collect();
+        let known: BTreeSet<u64> = handles.iter().copied().chain([0]).collect();
+        assert_eq!(known.len(), handles.len() + 1);
+        assert_eq!(
+            known.last().map(|last| last + 1),
+            Some(handle(pairs[seed].1))
+        );
+        for (_, owner) in pairs
+            .iter()
+            .filter(|(code, _)| *code == 330 || *code == 350)
+        {
+            assert!(known.contains(&handle(owner)), "{owner}");
+        }
+    }
+
+    #[test]
+    fn no_curves_give_an_empty_drawing_and_infinite_points_an_error() {
+        let mut curves = Curves {
+            dimension: 2,
+            polylines: Vec::new(),
+        };
+        let text = text(write_curves, &curves);
+        assert!(things(&pairs(&text), "ENTITIES").is_empty());
+        assert!(!text.contains("$EXTMIN"));
+        curves.polylines.push(Polyline {
+            points: vec![DVec3::ZERO, DVec3::INFINITY],
+            closed: false,
+        });
+        let error = write_curves(&mut Vec::new(), &curves).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+    }
+}

@@ -170,3 +170,122 @@ fn description(
         position_bytes + normal_bytes + index_bytes
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::super::test_values::{bytes, mesh, single_precision_mesh};
+    use super::*;
+
+    fn word(bytes: &[u8], at: usize) -> usize {
+        u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize
+    }
+
+    /// The JSON and the buffer, by the rules of the container.
+    fn chunks(bytes: &[u8]) -> (Value, &[u8]) {
+        assert_eq!((&bytes[..4], word(bytes, 4)), (&b"glTF"[..], 2));
+        assert_eq!(word(bytes, 8), bytes.len());
+        let length = word(bytes, 12);
+        assert_eq!((length % 4, &bytes[16..20]), (0, &b"JSON"[..]));
+        let (json, rest) = bytes[20..].split_at(length);
+        assert_eq!(word(rest, 0), rest.len() - 8);
+        assert_eq!(&rest[4..8], b"BIN\0");
+        (serde_json::from_slice(json).unwrap(), &rest[8..])
+    }
+
+    /// The words of an accessor, with their number and type.
+    fn accessor<'a>(json: &Value, buffer: &'a [u8], index: &Value) -> (Value, Vec<&'a [u8]>) {
+        let accessor = &json["accessors"][index.as_u64().unwrap() as usize];
+        let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
+        let number = |name: &str| view[name].as_u64().unwrap() as usize;
+        let bytes = &buffer[number("byteOffset")..][..number("byteLength")];
+        let kind = json!([
+            accessor["componentType"],
+            accessor["type"],
+            accessor["count"]
+        ]);
+        (kind, bytes.chunks(4).collect())
+    }
+
+    fn vectors(words: &[&[u8]]) -> Vec<[f32; 3]> {
+        let float = |word: &&[u8]| f32::from_le_bytes((*word).try_into().unwrap());
+        let floats: Vec<f32> = words.iter().map(float).collect();
+        floats
+            .chunks(3)
+            .map(|three| three.try_into().unwrap())
+            .collect()
+    }
+
+    #[test]
+    fn meshes_read_back_turned_with_y_up() {
+        let mesh = single_precision_mesh();
+        let bytes = bytes(write_mesh, &mesh);
+        let (json, buffer) = chunks(&bytes);
+        assert_eq!(json["asset"]["version"], "2.0");
+        assert_eq!(json["buffers"], json!([{ "byteLength": buffer.len() }]));
+        assert_eq!(json["scenes"][0]["nodes"], json!([0]));
+        assert_eq!(json["nodes"][0]["mesh"], 0);
+        let primitive = &json["meshes"][0]["primitives"][0];
+        assert_eq!(primitive["mode"], 4);
+
+        let (kind, words) = accessor(&json, buffer, &primitive["attributes"]["POSITION"]);
+        assert_eq!(kind, json!([5126, "VEC3", 5]));
+        let turned = |v: DVec3| [v.x, v.z, -v.y].map(|component| component as f32);
+        let expected: Vec<[f32; 3]> = mesh.positions.iter().map(|&at| turned(at)).collect();
+        assert_eq!(vectors(&words), expected);
+        // x is 0 to 4/8, z is 0 to 16, −y is 1.5.
+        assert_eq!(json["accessors"][0]["min"], json!([0.0, 0.0, 1.5]));
+        assert_eq!(json["accessors"][0]["max"], json!([0.5, 16.0, 1.5]));
+
+        let (kind, words) = accessor(&json, buffer, &primitive["attributes"]["NORMAL"]);
+        assert_eq!(kind, json!([5126, "VEC3", 5]));
+        for (found, expected) in vectors(&words).into_iter().zip(&mesh.normals) {
+            let difference = Vec3::from(found) - Vec3::from(turned(*expected));
+            assert!(difference.length() < 1e-6, "{found:?}");
+        }
+        let (kind, words) = accessor(&json, buffer, &primitive["indices"]);
+        assert_eq!(kind, json!([5125, "SCALAR", 9]));
+        let indices: Vec<u8> = words.concat();
+        let expected = mesh
+            .triangles
+            .as_flattened()
+            .iter()
+            .flat_map(|index| index.to_le_bytes());
+        assert_eq!(indices, expected.collect::<Vec<u8>>());
+    }
+
+    #[test]
+    fn normals_are_left_out_or_found_where_they_are_missing() {
+        let mut mesh = Mesh {
+            normals: Vec::new(),
+            ..single_precision_mesh()
+        };
+        let without = bytes(write_mesh, &mesh);
+        let (json, buffer) = chunks(&without);
+        let attributes = &json["meshes"][0]["primitives"][0]["attributes"];
+        assert_eq!(*attributes, json!({ "POSITION": 0 }));
+        assert_eq!(buffer.len(), 5 * 12 + 9 * 4);
+        // A square in the plane y = 0, seen from y < 0: glTF's z axis is −y.
+        mesh.positions = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [9.0, 9.0]]
+            .map(|[x, z]| DVec3::new(x, 0.0, z))
+            .to_vec();
+        mesh.triangles = vec![[0, 1, 2], [0, 2, 3]];
+        mesh.normals = vec![DVec3::ZERO; 5];
+        mesh.normals[2] = DVec3::X;
+        let with = bytes(write_mesh, &mesh);
+        let (json, buffer) = chunks(&with);
+        let normal = &json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"];
+        let (_, words) = accessor(&json, buffer, normal);
+        let (x, y, z) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        assert_eq!(vectors(&words), [z, z, x, z, y]);
+    }
+
+    #[test]
+    fn what_gltf_cannot_hold_is_refused() {
+        let message = |mesh: &Mesh| write_mesh(&mut Vec::new(), mesh).unwrap_err().to_string();
+        // It has a coordinate of 1e308.
+        assert!(message(&mesh()).contains("beyond the single precision"));
+        assert!(message(&Mesh::default()).contains("without triangles"));
+    }
+}

@@ -393,7 +393,7 @@ mod tests {
                 write_animation(path, &test_values::animation(), u64::MAX)
             }),
             ("meshes", |path| {
-                write_mesh(path, &test_values::mesh(), u64::MAX)
+                write_mesh(path, &test_values::single_precision_mesh(), u64::MAX)
             }),
             ("plane curves", |path| {
                 write_curves(path, &test_values::plane_curves(), u64::MAX)
@@ -428,8 +428,10 @@ mod tests {
             }
         }
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
-                        STL meshes, PLY meshes, PLY samples, \
+                        STL meshes, PLY meshes, PLY samples, OFF meshes, GLB meshes, 3MF meshes, \
+                        VTP meshes, VTP plane curves, VTP curves in space, VTP samples, VTU meshes, \
                         CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
+                        DXF plane curves, \
                         PNG animations, PNG pictures";
         assert_eq!(written.join(", "), expected);
     }
@@ -460,7 +462,8 @@ mod tests {
     fn messages_name_what_is_wrong_and_what_would_do() {
         let message = |result: Result<u64, FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
-        let known = "known are .obj, .stl, .ply, .csv, .svg, .png, .vm";
+        let known = "known are .obj, .stl, .ply, .off, .glb, .3mf, .vtp, .vtu, .csv, .svg, .dxf, \
+                     .png, .vm";
         assert_eq!(
             message(write_mesh(Path::new("a.xyz"), &mesh, u64::MAX)),
             format!("no file format is called `.xyz`; {known}")
@@ -473,7 +476,7 @@ mod tests {
         }
         assert_eq!(
             message(write_mesh(Path::new("a.csv"), &mesh, u64::MAX)),
-            "the format CSV cannot hold meshes; .obj, .stl, .ply can"
+            "the format CSV cannot hold meshes; .obj, .stl, .ply, .off, .glb, .3mf, .vtp, .vtu can"
         );
         assert_eq!(
             message(write_curves(
@@ -481,7 +484,7 @@ mod tests {
                 &test_values::space_curves(),
                 u64::MAX
             )),
-            "the format SVG cannot hold curves in space; .obj, .csv can"
+            "the format SVG cannot hold curves in space; .obj, .vtp, .csv can"
         );
         assert_eq!(
             message(write_mesh(
@@ -491,5 +494,127 @@ mod tests {
             )),
             "cannot write `no/such/folder/a.obj`: the folder `no/such/folder` does not exist"
         );
+    }
+
+    fn read(path: &Path, bytes: u64) -> Result<Loaded, FileError> {
+        let mut graph = Graph::new();
+        let coordinates = [0, 1, 2].map(|axis| graph.coordinate(axis));
+        load(path, &mut graph, coordinates, Allowed { lines: 9, bytes })
+    }
+
+    #[test]
+    fn files_are_loaded_by_their_extension_and_within_limits() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let mesh = test_values::mesh();
+        let bytes = write_mesh(&place("a.PLY"), &mesh, u64::MAX).unwrap();
+        let loaded = read(&place("a.PLY"), bytes).unwrap();
+        assert!(matches!(loaded, Loaded::Mesh(found) if found == mesh));
+        let error = read(&place("a.PLY"), bytes - 1).unwrap_err().to_string();
+        assert!(error.ends_with(&format!(
+            "more than {} bytes, the most that is read",
+            bytes - 1
+        )));
+        fs::write(place("a.vm"), "a var-x\n").unwrap();
+        assert!(matches!(read(&place("a.vm"), 0), Ok(Loaded::Field(_))));
+        fs::write(place("a.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+        let error = read(&place("a.obj"), 99).unwrap_err().to_string();
+        assert!(
+            error.contains("a.obj`, line 2: the vertex 2, of 1 so far"),
+            "{error}"
+        );
+        fs::write(place("a.stl"), [0; 90]).unwrap();
+        let error = read(&place("a.stl"), 99).unwrap_err().to_string();
+        assert!(
+            error.contains("a.stl`, byte 80: a binary STL file"),
+            "{error}"
+        );
+        let known = ".obj, .stl, .ply, .off, .vm";
+        assert_eq!(
+            read(&place("a.png"), 99).unwrap_err().to_string(),
+            format!("the format PNG is only written; {known} can be read")
+        );
+        assert_eq!(
+            read(&place("a.xyz"), 99).unwrap_err().to_string(),
+            format!("no file format is called `.xyz`; known are {known}")
+        );
+    }
+
+    /// Numbers by Marsaglia's xorshift, with the shifts 13, 7 and 17.
+    struct Dice(u64);
+
+    impl Dice {
+        fn below(&mut self, end: usize) -> usize {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 % end as u64) as usize
+        }
+    }
+
+    /// Files that were cut off, changed or overwritten in places give a sound mesh or an error.
+    #[test]
+    fn no_damage_to_a_file_makes_a_reader_panic() {
+        let mesh = test_values::single_precision_mesh();
+        let text_of = |bytes: &str| bytes.as_bytes().to_vec();
+        let ascii = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                     property float z\nelement face 1\nproperty list uchar int vertex_index\n\
+                     end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        let solid = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                     vertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+        let little = test_values::bytes(ply::write_mesh, &mesh);
+        let big = [
+            &b"ply\nformat binary_big_endian 1.0\nelement face 2\nproperty list int uint vertex_index\n\
+               element vertex 3\nproperty char x\nproperty char y\nproperty char z\nend_header\n"[..],
+            &[0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2],
+            &[0, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 0],
+            &[0, 0, 0, 1, 0, 0, 0, 1, 0],
+        ]
+        .concat();
+        type Read = fn(&[u8]) -> Result<Mesh, Wrong>;
+        let files: [(Read, Vec<u8>); 7] = [
+            (ply::read_mesh, text_of(ascii)),
+            (ply::read_mesh, little),
+            (ply::read_mesh, big),
+            (stl::read_mesh, text_of(solid)),
+            (stl::read_mesh, test_values::bytes(stl::write_mesh, &mesh)),
+            (obj::read_mesh, test_values::bytes(obj::write_mesh, &mesh)),
+            (off::read_mesh, test_values::bytes(off::write_mesh, &mesh)),
+        ];
+        let spice: &[u8] = b"0123456789 \n\r-+.eE/#\\\0\xff\x7f\x80nifOFFNCvpl";
+        let mut dice = Dice(1994);
+        let (mut good, mut bad) = (0, 0);
+        for (read, content) in &files {
+            let mut judge = |content: &[u8]| match read(content) {
+                Ok(mesh) => {
+                    let vertices = mesh.positions.len();
+                    let corners = mesh.triangles.as_flattened();
+                    assert!(corners.iter().all(|&corner| (corner as usize) < vertices));
+                    assert!(mesh.positions.iter().all(|position| position.is_finite()));
+                    assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+                    good += 1;
+                }
+                Err(wrong) => {
+                    assert!(!wrong.message.is_empty());
+                    bad += 1;
+                }
+            };
+            judge(content);
+            (0..content.len()).for_each(|end| judge(&content[..end]));
+            for _ in 0..2000 {
+                let mut content = content.clone();
+                for _ in 0..1 + dice.below(4) {
+                    let at = dice.below(content.len());
+                    match dice.below(4) {
+                        0 => content[at] ^= 1 << dice.below(8),
+                        1 => content[at] = spice[dice.below(spice.len())],
+                        2 => content.insert(at, spice[dice.below(spice.len())]),
+                        _ => drop(content.remove(at)),
+                    }
+                }
+                judge(&content);
+            }
+        }
+        assert!(good > 1000 && bad > 1000, "{good} were read, {bad} refused");
     }
 }

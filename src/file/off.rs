@@ -38,10 +38,10 @@ pub(super) fn read_mesh(content: &[u8]) -> Result<Mesh, Wrong> {
         lines.next_words(&mut words, true);
     }
     let [vertices, faces] = counts(&words).map_err(|message| lines.wrong(message))?;
-    // A vertex takes six bytes at least and a face eight, with what separates them.
+    // A vertex takes six bytes at least and a face two, with what separates them.
     let least = vertices
         .saturating_mul(6)
-        .saturating_add(faces.saturating_mul(8));
+        .saturating_add(faces.saturating_mul(2));
     let there = lines.rest().len() as u64 + 1;
     if least > there {
         return Err(lines.wrong(format!(
@@ -154,4 +154,120 @@ fn read_face(words: &[&[u8]], corners: &mut Vec<u32>) -> Result<(), String> {
     rest[count..]
         .iter()
         .try_for_each(|word| number(word).map(drop))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::reading::Place;
+    use super::super::test_values::{bytes, mesh_without_normals, text};
+    use super::*;
+
+    #[track_caller]
+    fn refuses(content: &str, line: u64, words: &str) {
+        let wrong = read_mesh(content.as_bytes()).unwrap_err();
+        assert_eq!(wrong.place, Place::Line(line), "{}", wrong.message);
+        assert!(wrong.message.contains(words), "{}", wrong.message);
+    }
+
+    #[test]
+    fn what_is_written_reads_back_exactly() {
+        let mesh = mesh_without_normals();
+        assert_eq!(read_mesh(&bytes(write_mesh, &mesh)).unwrap(), mesh);
+        let text = text(write_mesh, &mesh);
+        assert!(text.starts_with("OFF\n5 3 0\n0.1 ") && text.ends_with("\n3 3 4 0\n"));
+        assert_eq!(text.lines().count(), 2 + 5 + 3);
+    }
+
+    #[test]
+    fn keywords_comments_and_colours_are_understood() {
+        let corners = "0 0 0 _\n1 0 0 _ # b\n\n1 1 0 _\n0 1 0 _\n# c\n4 0 1 2 3 255 0 0\n";
+        for (head, vertex) in [
+            ("OFF\n4 1 4\n", ""),
+            ("# a\nOFF # a\n\n4 1\n", ""),
+            ("OFF 4 1 4\n", ""),
+            ("OFF4 1 4\n", ""),
+            ("4 1 4\n", ""),
+            ("COFF\n4 1 4\n", "255 0 0 255"),
+            ("NOFF\n4 1 4\n", "0 0 2"),
+            ("STCNOFF\n4 1 4\n", "0 0 2 1 0 0 1 0.5 0.5"),
+        ] {
+            let text = format!("{head}{}", corners.replace('_', vertex));
+            let mesh = read_mesh(text.as_bytes()).unwrap();
+            assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
+            assert_eq!(mesh.positions[2], DVec3::new(1.0, 1.0, 0.0));
+            let normals = if head.contains('N') {
+                vec![DVec3::Z; 4]
+            } else {
+                Vec::new()
+            };
+            assert_eq!(mesh.normals, normals);
+        }
+    }
+
+    #[test]
+    fn wrong_lines_are_named() {
+        let points = "0 0 0\n1 0 0\n0 1 0\n";
+        refuses("", 1, "the file is empty; expected `OFF`");
+        refuses("PLY\n", 1, "`PLY`; expected `OFF`");
+        refuses("4OFF\n", 1, "1 word; expected the numbers");
+        refuses("OFFx\n", 1, "`OFFx`; expected `OFF`");
+        refuses("OFF BINARY\n", 1, "binary OFF, which is not read");
+        refuses("OFF\n", 1, "0 words; expected the numbers");
+        refuses("OFF\n3 -1 0\n", 2, "`-1` is not an index");
+        refuses(
+            "OFF\n4000000000 0 0\n",
+            2,
+            "take at least 24000000000 bytes",
+        );
+        let most = u64::MAX;
+        refuses(
+            &format!("OFF\n{most} {most} 0\n"),
+            2,
+            "after this line there are 0",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n{points}3 0 1 3\n"),
+            6,
+            "at vertex 3, counted from 0",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n{points}3 0 1\n"),
+            6,
+            "2 numbers after the number",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n{points}3 0 1 -2\n"),
+            6,
+            "`-2` is not an index",
+        );
+        refuses(&format!("OFF\n3 1 0\n{points}2 0 1 2\n"), 6, "of 2 corners");
+        refuses(
+            &format!("OFF\n3 1 0\n{points}3 0 1 2 x\n"),
+            6,
+            "`x` is not a number",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n{points}3 0 1 2\n0\n"),
+            7,
+            "more after the last face",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n{points}# 3 0 1 2\n"),
+            6,
+            "expected 1 lines of faces",
+        );
+        refuses(
+            &format!("OFF\n3 0 0\n{points}"),
+            5,
+            "3 points and no polygon",
+        );
+        refuses(
+            &format!("OFF\n3 1 0\n0 0 nan\n{points}"),
+            3,
+            "`nan` is not finite",
+        );
+        refuses("NOFF\n1 0 0\n0 0 0 1 2\n", 3, "2 numbers; expected three");
+    }
 }

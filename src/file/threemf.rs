@@ -138,3 +138,115 @@ fn write_model(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
     writeln!(output, "</build>")?;
     writeln!(output, "</model>")
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Read;
+
+    use glam::DVec3;
+    use zip::ZipArchive;
+
+    use super::super::test_values::{bytes, mesh};
+    use super::*;
+
+    /// The parts of an archive, by name.
+    fn parts(archive: Vec<u8>) -> Vec<(String, String)> {
+        let mut archive = ZipArchive::new(Cursor::new(archive)).unwrap();
+        let part = |index: usize| {
+            let mut file = archive.by_index(index).unwrap();
+            let mut text = String::new();
+            file.read_to_string(&mut text).unwrap();
+            (file.name().unwrap().into_owned(), text)
+        };
+        (0..3).map(part).collect()
+    }
+
+    /// The attributes of each element of that name, in their order.
+    fn attributes<'a>(text: &'a str, element: &str) -> Vec<Vec<&'a str>> {
+        let start = format!("<{element} ");
+        let inner = text
+            .split(&start)
+            .skip(1)
+            .map(|rest| rest.split('>').next().unwrap());
+        inner
+            .map(|inner| inner.split('"').skip(1).step_by(2).collect())
+            .collect()
+    }
+
+    fn tetrahedron() -> Mesh {
+        Mesh {
+            positions: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z / 3.0],
+            normals: Vec::new(),
+            triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+        }
+    }
+
+    #[test]
+    fn the_parts_lead_to_the_model() {
+        let parts = parts(bytes(write_mesh, &tetrahedron()));
+        let names: Vec<&str> = parts.iter().map(|(name, _)| &**name).collect();
+        assert_eq!(
+            names,
+            ["[Content_Types].xml", "_rels/.rels", "3D/3dmodel.model"]
+        );
+        let extensions = attributes(&parts[0].1, "Default");
+        assert_eq!([extensions[0][0], extensions[1][0]], ["rels", "model"]);
+        assert!(extensions[1][1].ends_with("3dmanufacturing-3dmodel+xml"));
+        let relation = &attributes(&parts[1].1, "Relationship")[0];
+        assert_eq!(relation[1], "/3D/3dmodel.model");
+        assert!(relation[2].ends_with("/2013/01/3dmodel"));
+    }
+
+    #[test]
+    fn meshes_read_back_exactly() {
+        let mesh = mesh();
+        let parts = parts(bytes(write_mesh, &mesh));
+        let model = &parts[2].1;
+        assert_eq!(attributes(model, "model")[0][0], "millimeter");
+        let vertices = attributes(model, "vertex").into_iter().map(|vertex| {
+            let numbers: Vec<f64> = vertex.iter().map(|word| word.parse().unwrap()).collect();
+            DVec3::from_slice(&numbers)
+        });
+        assert_eq!(vertices.collect::<Vec<_>>(), mesh.positions);
+        let triangles = attributes(model, "triangle").into_iter().map(|triangle| {
+            let corners: Vec<u32> = triangle.iter().map(|word| word.parse().unwrap()).collect();
+            <[u32; 3]>::try_from(corners).unwrap()
+        });
+        assert_eq!(triangles.collect::<Vec<_>>(), mesh.triangles);
+        assert_eq!(attributes(model, "item"), [["1"]]);
+    }
+
+    #[test]
+    fn what_is_closed_is_a_model_and_the_rest_a_surface() {
+        let kind = |mesh: &Mesh| {
+            let parts = parts(bytes(write_mesh, mesh));
+            attributes(&parts[2].1, "object")[0][1].to_owned()
+        };
+        let mut mesh = tetrahedron();
+        assert_eq!(kind(&mesh), "model");
+        mesh.triangles.pop();
+        assert_eq!(kind(&mesh), "surface");
+    }
+
+    #[test]
+    fn triangles_that_repeat_a_vertex_are_left_out() {
+        let mut mesh = tetrahedron();
+        mesh.triangles.push([0, 1, 1]);
+        let parts = parts(bytes(write_mesh, &mesh));
+        assert_eq!(attributes(&parts[2].1, "triangle").len(), 4);
+    }
+
+    #[test]
+    fn the_same_mesh_gives_the_same_bytes() {
+        assert_eq!(bytes(write_mesh, &mesh()), bytes(write_mesh, &mesh()));
+    }
+
+    #[test]
+    fn what_the_format_cannot_hold_is_refused() {
+        let message = |mesh: &Mesh| write_mesh(&mut Vec::new(), mesh).unwrap_err().to_string();
+        let mut mesh = tetrahedron();
+        mesh.positions[0].x = f64::INFINITY;
+        assert!(message(&mesh).contains("not finite"));
+        assert!(message(&Mesh::default()).contains("without triangles"));
+    }
+}

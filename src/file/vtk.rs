@@ -300,3 +300,127 @@ impl<'a> Document<'a> {
         writeln!(output, "</VTKFile>")
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_values::{
+        bytes, mesh, mesh_without_normals, plane_curves, samples, samples_of_lines,
+    };
+    use super::*;
+
+    /// The head of a document, and its arrays as section, name, type and bytes.
+    fn read(document: &[u8]) -> (String, Vec<[String; 3]>, Vec<Vec<u8>>) {
+        let mark = b"<AppendedData encoding=\"raw\">\n_";
+        let at = document
+            .windows(mark.len())
+            .position(|window| window == mark)
+            .unwrap();
+        let head = String::from_utf8(document[..at].to_vec()).unwrap();
+        let body = &document[at + mark.len()..];
+        let (mut names, mut values, mut section) = (Vec::new(), Vec::new(), "");
+        for line in head.lines() {
+            let words: Vec<&str> = line.split('"').collect();
+            if !line.starts_with("<DataArray") {
+                section = line.trim_matches(['<', '>']).split(' ').next().unwrap();
+                continue;
+            }
+            let kind = format!("{} {}", words[1], words[5]);
+            names.push([section.to_owned(), words[3].to_owned(), kind]);
+            let start: usize = words[9].parse().unwrap();
+            let (length, rest) = body[start..].split_first_chunk().unwrap();
+            values.push(rest[..u64::from_le_bytes(*length) as usize].to_vec());
+        }
+        let all: usize = values.iter().map(|bytes| bytes.len() + 8).sum();
+        assert_eq!(&body[all..], b"\n</AppendedData>\n</VTKFile>\n");
+        (head, names, values)
+    }
+
+    fn names(names: &[[String; 3]]) -> Vec<String> {
+        names.iter().map(|name| name.join(" ")).collect()
+    }
+
+    fn doubles(bytes: &[u8]) -> Vec<f64> {
+        let double = |eight: &[u8]| f64::from_le_bytes(eight.try_into().unwrap());
+        bytes.chunks(8).map(double).collect()
+    }
+
+    fn integers(bytes: &[u8]) -> Vec<i64> {
+        let integer = |eight: &[u8]| i64::from_le_bytes(eight.try_into().unwrap());
+        bytes.chunks(8).map(integer).collect()
+    }
+
+    fn flat(vectors: &[DVec3]) -> Vec<f64> {
+        vectors.iter().flat_map(DVec3::to_array).collect()
+    }
+
+    #[test]
+    fn meshes_read_back_exactly() {
+        let mesh = mesh();
+        let (head, found, values) = read(&bytes(write_mesh, &mesh));
+        assert!(head.contains("<VTKFile type=\"PolyData\""));
+        assert!(head.contains("<Piece NumberOfPoints=\"5\" NumberOfPolys=\"3\">"));
+        assert!(head.contains("<PointData Normals=\"normals\">"));
+        let expected = [
+            "PointData normals Float64 3",
+            "Points Points Float64 3",
+            "Polys connectivity Int64 1",
+            "Polys offsets Int64 1",
+        ];
+        assert_eq!(names(&found), expected);
+        assert_eq!(doubles(&values[0]), flat(&mesh.normals));
+        assert_eq!(doubles(&values[1]), flat(&mesh.positions));
+        assert_eq!(integers(&values[2]), [0, 1, 2, 2, 1, 3, 3, 4, 0]);
+        assert_eq!(integers(&values[3]), [3, 6, 9]);
+    }
+
+    #[test]
+    fn cells_are_triangles() {
+        let (head, found, values) = read(&bytes(write_cells, &mesh_without_normals()));
+        assert!(head.contains("<VTKFile type=\"UnstructuredGrid\""));
+        assert!(head.contains("<Piece NumberOfPoints=\"5\" NumberOfCells=\"3\">"));
+        let expected = [
+            "Points Points Float64 3",
+            "Cells connectivity Int64 1",
+            "Cells offsets Int64 1",
+            "Cells types UInt8 1",
+        ];
+        assert_eq!(names(&found), expected);
+        assert_eq!(integers(&values[2]), [3, 6, 9]);
+        assert_eq!(values[3], [5, 5, 5]);
+    }
+
+    #[test]
+    fn curves_become_lines_and_closed_ones_return_to_their_start() {
+        let (head, found, values) = read(&bytes(write_curves, &plane_curves()));
+        assert!(head.contains("NumberOfPoints=\"6\" NumberOfVerts=\"1\" NumberOfLines=\"2\""));
+        assert_eq!([&found[1][0], &found[3][0]], ["Verts", "Lines"]);
+        let lists: Vec<Vec<i64>> = values[1..].iter().map(|bytes| integers(bytes)).collect();
+        assert_eq!(
+            lists,
+            [vec![5], vec![1], vec![0, 1, 2, 0, 3, 4], vec![4, 6]]
+        );
+    }
+
+    #[test]
+    fn samples_become_vertices_with_all_that_is_known() {
+        for samples in [samples(), samples_of_lines()] {
+            let (head, found, values) = read(&bytes(write_samples, &samples));
+            assert!(head.contains("NumberOfPoints=\"4\" NumberOfVerts=\"4\""));
+            let column = |name: &str| {
+                let place = found.iter().position(|[_, own, _]| own == name);
+                place.map_or(Vec::new(), |place| doubles(&values[place]))
+            };
+            assert_eq!(column("Points"), flat(&samples.positions));
+            assert_eq!(column("normals"), flat(&samples.normals));
+            assert_eq!(column("radius"), samples.radii);
+            assert_eq!(column("residual"), samples.residuals);
+            assert_eq!(column("tangents"), flat(&samples.tangents));
+            assert_eq!(column("weight"), samples.weights);
+            let cells: Vec<Vec<i64>> = values[values.len() - 2..]
+                .iter()
+                .map(|bytes| integers(bytes))
+                .collect();
+            assert_eq!(cells, [[0, 1, 2, 3], [1, 2, 3, 4]]);
+        }
+    }
+}

@@ -154,3 +154,84 @@ fn index(word: &[u8], count: usize, what: &str) -> Result<usize, String> {
         )),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::reading::Place;
+    use super::super::super::test_values::{bytes, mesh, mesh_without_normals};
+    use super::super::write_mesh;
+    use super::*;
+
+    #[track_caller]
+    fn refuses(content: &str, line: u64, words: &str) {
+        let wrong = read_mesh(content.as_bytes()).unwrap_err();
+        assert_eq!(wrong.place, Place::Line(line), "{}", wrong.message);
+        assert!(wrong.message.contains(words), "{}", wrong.message);
+    }
+
+    const POINTS: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    #[test]
+    fn what_is_written_reads_back_exactly() {
+        for mesh in [mesh(), mesh_without_normals()] {
+            assert_eq!(read_mesh(&bytes(write_mesh, &mesh)).unwrap(), mesh);
+        }
+    }
+
+    #[test]
+    fn corners_of_all_forms_are_read() {
+        let text = format!(
+            "# \u{e9}\nmtllib a b.mtl\no thing\n{POINTS}vt 0 0\nvn 0 0 1\ng a\ns off\n\
+             usemtl red\nf 1/1/1 2/1/-1 3//1 4/1\nv 2 0 1 1.0\nf -4 -1 \\\n  -3\nl 1 2\np 1\n\
+             v 5 5 5 0.1 0.2 0.3\n"
+        );
+        let mesh = read_mesh(text.as_bytes()).unwrap();
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [1, 4, 2]]);
+        assert_eq!(
+            mesh.positions[4..],
+            [DVec3::new(2.0, 0.0, 1.0), DVec3::splat(5.0)]
+        );
+        let known = [true, true, true, false, false, false];
+        assert_eq!(mesh.normals.len(), 6);
+        for (normal, known) in mesh.normals.iter().zip(known) {
+            assert_eq!(*normal, if known { DVec3::Z } else { DVec3::ZERO });
+        }
+        // Comments may be in any encoding.
+        assert!(read_mesh(&[&b"# \xe9\n"[..], POINTS.as_bytes(), b"f 1 2 3"].concat()).is_ok());
+    }
+
+    #[test]
+    fn corners_with_different_normals_leave_the_vertex_without() {
+        let faces = "vn 0 0 1\nvn 0 2 0\nvn 0 1 0\nf 1//1 2//2 3//3\nf 1//2 3//2 4//1\n";
+        let mesh = read_mesh(format!("{POINTS}{faces}").as_bytes()).unwrap();
+        assert_eq!(mesh.normals, [DVec3::ZERO, DVec3::Y, DVec3::Y, DVec3::Z]);
+    }
+
+    #[test]
+    fn wrong_lines_are_named() {
+        refuses("", 1, "0 points and no polygon");
+        refuses(POINTS, 4, "4 points and no polygon");
+        refuses("v 0 0\n", 1, "2 numbers; expected three");
+        refuses("\nv 0 0 x", 2, "`x` is not a number");
+        refuses("v 0 1e400 0", 1, "`1e400` is not finite");
+        for (face, words) in [
+            ("1 2", "a polygon of 2 corners; expected at least 3"),
+            ("", "a polygon without corners"),
+            ("1 2 5", "the vertex 5, of 4 so far; expected 1 to 4"),
+            ("1 2 0", "the vertex 0, of 4"),
+            ("1 2 -5", "the vertex -5, of 4"),
+            ("1 2 9223372036854775807", "the vertex 9223372036854775807"),
+            ("1 2 99999999999999999999", "is not an index or count"),
+            ("1//1 2 3", "the normal 1, of 0 so far"),
+            (
+                "1/1/1/1 2 3",
+                "the corner `1/1/1/1`; expected `vertex/texture/normal`",
+            ),
+            ("/1 2 3", "`` is not an index"),
+        ] {
+            refuses(&format!("{POINTS}f {face}\n"), 5, words);
+        }
+        refuses("surf 0 1 0 1 1 2", 1, "no statement `surf` for polygons");
+        refuses("v 0 0 \\\n", 1, "the file ends after `\\`");
+    }
+}

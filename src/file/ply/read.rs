@@ -283,3 +283,271 @@ impl Source<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::test_values::{bytes, mesh, mesh_without_normals};
+    use super::super::write_mesh;
+    use super::*;
+
+    #[track_caller]
+    fn refuses(content: &[u8], place: Place, words: &str) {
+        let wrong = read_mesh(content).unwrap_err();
+        assert_eq!(wrong.place, place, "{}", wrong.message);
+        assert!(wrong.message.contains(words), "{}", wrong.message);
+    }
+
+    /// A square with something in the middle of everything that is of no interest.
+    const TEXT: &str = "ply\r\nformat ascii 1.0\ncomment a\nobj_info b\nelement vertex 4\n\
+                        property float x\nproperty int y\nproperty list uchar short tags\n\
+                        property uchar red\nproperty double z\nelement camera 1\n\
+                        property list int float view\nelement nothing 4000000000\nelement face 2\n\
+                        property list uint8 int32 vertex_index\nproperty float quality\n\
+                        end_header\n0 0 0 255 0\n1.5 0 2 -7 8 0 0\n1.5 1 1 0 0 1e-1\n0 1 0 9 0\n\
+                        2 1.5 2.5\n\n4 0 1 2 3 0.5\n3 0 2 1 0\n";
+
+    /// The same without the header, in binary.
+    fn binary(big_endian: bool) -> Vec<u8> {
+        let mut content = TEXT[..TEXT.find("0 0 0 255").unwrap()].as_bytes().to_vec();
+        let name = if big_endian {
+            "binary_big_endian"
+        } else {
+            "binary_little_endian"
+        };
+        let text = String::from_utf8(content).unwrap().replace("ascii", name);
+        content = text.into_bytes();
+        let mut put = |bytes: &[u8]| match big_endian {
+            true => content.extend(bytes.iter().rev()),
+            false => content.extend(bytes),
+        };
+        let vertices: [(f32, i32, &[i16], u8, f64); 4] = [
+            (0.0, 0, &[], 255, 0.0),
+            (1.5, 0, &[-7, 8], 0, 0.0),
+            (1.5, 1, &[0], 0, 0.1),
+            (0.0, 1, &[], 9, 0.0),
+        ];
+        for (x, y, tags, red, z) in vertices {
+            put(&x.to_le_bytes());
+            put(&y.to_le_bytes());
+            put(&[tags.len() as u8]);
+            tags.iter().for_each(|tag| put(&tag.to_le_bytes()));
+            put(&[red]);
+            put(&z.to_le_bytes());
+        }
+        put(&2i32.to_le_bytes());
+        [1.5f32, 2.5]
+            .iter()
+            .for_each(|angle| put(&angle.to_le_bytes()));
+        for face in [&[0i32, 1, 2, 3][..], &[0, 2, 1]] {
+            put(&[face.len() as u8]);
+            face.iter().for_each(|corner| put(&corner.to_le_bytes()));
+            put(&0.5f32.to_le_bytes());
+        }
+        content
+    }
+
+    #[test]
+    fn what_is_written_reads_back_exactly() {
+        for mesh in [mesh(), mesh_without_normals()] {
+            assert_eq!(read_mesh(&bytes(write_mesh, &mesh)).unwrap(), mesh);
+        }
+    }
+
+    #[test]
+    fn all_encodings_and_types_say_the_same() {
+        let mesh = read_mesh(TEXT.as_bytes()).unwrap();
+        let expected = [[0.0; 3], [1.5, 0.0, 0.0], [1.5, 1.0, 0.1], [0.0, 1.0, 0.0]];
+        assert_eq!(mesh.positions, expected.map(DVec3::from_array));
+        assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [0, 2, 1]]);
+        assert!(mesh.normals.is_empty());
+        for big_endian in [false, true] {
+            assert_eq!(read_mesh(&binary(big_endian)).unwrap(), mesh);
+        }
+    }
+
+    #[test]
+    fn counts_that_lie_are_refused_before_anything_is_made_of_them() {
+        let lying = |from: &str, to: &str| TEXT.replace(from, to).into_bytes();
+        refuses(
+            &lying("vertex 4", "vertex 4000000000"),
+            Place::Line(17),
+            "at least 40000000000",
+        );
+        let most = "face 18446744073709551615";
+        refuses(&lying("face 2", most), Place::Line(17), "take at least");
+        refuses(
+            &lying("face 2", "face 3"),
+            Place::Line(25),
+            "the file ends; expected 3 lines",
+        );
+        refuses(
+            &lying("face 2", "face 1"),
+            Place::Line(25),
+            "more after the last element",
+        );
+        refuses(
+            &lying("face 2", "face -1"),
+            Place::Line(14),
+            "is not an index or count",
+        );
+        let good = binary(false);
+        // The count of the list in the element `camera`, behind four vertices.
+        let at = good.len() - 3 * 4 - 2 - 7 * 4 - 2 * 4;
+        let mut content = good.clone();
+        content[at..at + 4].copy_from_slice(&i32::MAX.to_le_bytes());
+        let place = Place::Byte(at as u64 + 4);
+        refuses(
+            &content,
+            place,
+            "2147483647 numbers, but there is room for 11 only",
+        );
+        content[at..at + 4].copy_from_slice(&(-1i32).to_le_bytes());
+        refuses(&content, place, "a list of -1 numbers");
+        let end = good.len() as u64;
+        refuses(
+            &good[..good.len() - 2],
+            Place::Byte(end - 4),
+            "2 bytes left, expected 4",
+        );
+        refuses(
+            &[&good[..], b"x"].concat(),
+            Place::Byte(end),
+            "more after the last element",
+        );
+        assert!(read_mesh(&[&good[..], b"\n"].concat()).is_ok());
+    }
+
+    #[test]
+    fn wrong_values_are_named() {
+        let with = |from: &str, to: &str| TEXT.replacen(from, to, 1).into_bytes();
+        refuses(
+            &with("4 0 1 2 3", "4 0 1 2 4"),
+            Place::Line(24),
+            "at vertex 4, counted from 0",
+        );
+        refuses(
+            &with("4 0 1 2 3", "4 0 1 2 -3"),
+            Place::Line(24),
+            "at vertex -3",
+        );
+        refuses(
+            &with("4 0 1 2 3 ", "2 0 1 "),
+            Place::Line(24),
+            "of 2 corners",
+        );
+        refuses(
+            &with("4 0 1 2 3", "9 0 1 2 3"),
+            Place::Line(24),
+            "9 numbers, but there is room",
+        );
+        refuses(
+            &with("4 0 1 2 3", "3 0 1 2 3"),
+            Place::Line(24),
+            "6 values in the line",
+        );
+        refuses(
+            &with("0 0 0 255 0", "0 0 0 256 0"),
+            Place::Line(18),
+            "`256` does not fit",
+        );
+        refuses(
+            &with("0 0 0 255 0", "0 .5 0 255 0"),
+            Place::Line(18),
+            "`.5` does not fit",
+        );
+        refuses(
+            &with("0 0 0 255 0", "0 0 0 255"),
+            Place::Line(18),
+            "4 values in the line",
+        );
+        refuses(
+            &with("0 0 0 255 0", "0 0 0 255 inf"),
+            Place::Line(18),
+            "`inf` is not finite",
+        );
+        let mut content = binary(true);
+        let start = content
+            .windows(10)
+            .position(|window| window == b"end_header")
+            .unwrap()
+            + 11;
+        content[start..start + 4].copy_from_slice(&f32::NAN.to_be_bytes());
+        refuses(
+            &content,
+            Place::Byte(start as u64),
+            "expected finite coordinates",
+        );
+    }
+
+    #[test]
+    fn wrong_headers_are_named() {
+        let with = |from: &str, to: &str| TEXT.replacen(from, to, 1).into_bytes();
+        refuses(b"", Place::Line(1), "expected `ply`");
+        refuses(b"plyx\n", Place::Line(1), "expected `ply`");
+        refuses(
+            b"ply\nformat ascii 1.0\n",
+            Place::Line(2),
+            "expected `end_header`",
+        );
+        refuses(
+            b"ply\nend_header\n",
+            Place::Line(2),
+            "such as `format ascii 1.0`",
+        );
+        refuses(
+            &with("ascii", "text"),
+            Place::Line(2),
+            "the format `text`; expected `ascii`",
+        );
+        refuses(
+            &with("float x", "half x"),
+            Place::Line(6),
+            "no type `half`; expected one of",
+        );
+        refuses(
+            &with("float x", "float w"),
+            Place::Line(17),
+            "vertices without positions",
+        );
+        refuses(
+            &with("uchar short", "float short"),
+            Place::Line(8),
+            "a list counted by `float`",
+        );
+        refuses(
+            &with("vertex_index", "corners"),
+            Place::Line(22),
+            "faces without corners",
+        );
+        refuses(
+            &with("int32 vertex", "float vertex"),
+            Place::Line(22),
+            "of a whole type",
+        );
+        refuses(
+            &with("comment a", "property float x"),
+            Place::Line(3),
+            "a property of nothing",
+        );
+        refuses(
+            &with("comment a", "remark"),
+            Place::Line(3),
+            "`remark` in the header",
+        );
+        refuses(
+            &with("camera", "vertex"),
+            Place::Line(17),
+            "expected one `element vertex`",
+        );
+        refuses(
+            &with("element face", "element tristrips"),
+            Place::Line(17),
+            "triangle strips;",
+        );
+        refuses(
+            &with("element face", "element edge"),
+            Place::Line(17),
+            "no faces;",
+        );
+    }
+}

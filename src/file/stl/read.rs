@@ -148,3 +148,131 @@ impl Text<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::reading::Place;
+    use super::super::super::test_values::{bytes, single_precision_mesh};
+    use super::super::write_mesh;
+    use super::*;
+
+    const TEXT: &str = "solid a b\n\
+                        facet normal 0 0 1\n  outer loop\n    vertex 0 0 0\n    vertex 1 0 0\n\
+                            vertex 0 1e0 0\n  endloop\nendfacet\nendsolid a b\n\
+                        SOLID\r\nFacet Normal 0 0 0\nOuter Loop\nVertex 1 0 -0\n\
+                        VERTEX 1 1 .5\nvertex -0 1 0\nEndLoop\nEndFacet\nEndSolid\n";
+
+    #[track_caller]
+    fn refuses(content: &[u8], place: Place, words: &str) {
+        let wrong = read_mesh(content).unwrap_err();
+        assert_eq!(wrong.place, place, "{}", wrong.message);
+        assert!(wrong.message.contains(words), "{}", wrong.message);
+    }
+
+    #[test]
+    fn what_is_written_reads_back_in_single_precision() {
+        let mesh = single_precision_mesh();
+        let read = read_mesh(&bytes(write_mesh, &mesh)).unwrap();
+        // Vertices are numbered as they come.
+        let corners = |mesh: &Mesh| -> Vec<DVec3> {
+            let corners = mesh.triangles.as_flattened().iter();
+            corners
+                .map(|&corner| mesh.positions[corner as usize])
+                .collect()
+        };
+        assert_eq!(corners(&read), corners(&mesh));
+        assert_eq!(read.positions.len(), mesh.positions.len());
+        assert!(read.normals.is_empty());
+    }
+
+    #[test]
+    fn texts_are_read_and_equal_corners_are_one_vertex() {
+        let mesh = read_mesh(TEXT.as_bytes()).unwrap();
+        let expected = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [1.0, 1.0, 0.5]];
+        assert_eq!(mesh.positions, expected.map(DVec3::from_array));
+        assert_eq!(mesh.triangles, [[0, 1, 2], [1, 3, 2]]);
+    }
+
+    #[test]
+    fn a_binary_file_may_begin_like_a_text() {
+        let mesh = single_precision_mesh();
+        let mut content = bytes(write_mesh, &mesh);
+        content[..6].copy_from_slice(b"solid ");
+        assert_eq!(
+            read_mesh(&content).unwrap().triangles.len(),
+            mesh.triangles.len()
+        );
+        // Where its length is wrong, it is not taken for a text either.
+        content.pop();
+        refuses(
+            &content,
+            Place::Byte(80),
+            "has 234 bytes, but this one has 233",
+        );
+    }
+
+    #[test]
+    fn wrong_binary_files_are_refused_at_their_byte() {
+        let mut content = bytes(write_mesh, &single_precision_mesh());
+        refuses(b"", Place::Byte(0), "the file ends within the header");
+        refuses(&content[..50], Place::Byte(50), "at least 84 bytes");
+        content[96..100].copy_from_slice(&f32::NAN.to_le_bytes());
+        refuses(&content, Place::Byte(96), "expected finite coordinates");
+        content[80..84].fill(255);
+        refuses(
+            &content,
+            Place::Byte(80),
+            "4294967295 facets has 214748364834 bytes",
+        );
+        refuses(&[0; 84], Place::Byte(84), "0 points and no polygon");
+    }
+
+    #[test]
+    fn wrong_texts_are_refused_at_their_line() {
+        let line = |number: usize, text: &str| {
+            let mut lines: Vec<&str> = TEXT.lines().collect();
+            lines[number - 1] = text;
+            lines.join("\n").into_bytes()
+        };
+        refuses(
+            &line(4, "vertex 0 0"),
+            Place::Line(4),
+            "2 numbers; expected three",
+        );
+        refuses(
+            &line(4, "vertex 0 0 nan"),
+            Place::Line(4),
+            "`nan` is not finite",
+        );
+        refuses(
+            &line(5, "corner 1 0 0"),
+            Place::Line(5),
+            "`corner`; expected `vertex x y z`",
+        );
+        refuses(
+            &line(7, "vertex 1 1 1"),
+            Place::Line(7),
+            "expected `endloop` after three",
+        );
+        refuses(
+            &line(9, ""),
+            Place::Line(10),
+            "`SOLID`; expected `facet` or `endsolid`",
+        );
+        refuses(
+            b"solid\n\n",
+            Place::Line(2),
+            "the file ends; expected `facet` or `endsolid`",
+        );
+        refuses(
+            b"solid\nendsolid\n",
+            Place::Line(2),
+            "0 points and no polygon",
+        );
+        refuses(
+            b"solid\nendsolid\nx",
+            Place::Line(3),
+            "`x`; expected `solid`",
+        );
+    }
+}
