@@ -154,9 +154,11 @@ const MESH: &[Property<MeshSet>] = &[
         }
     }),
     shown("bounds", |set| set.mesh.bounds().map(sides)),
-    shown("max_residual", |set| number(set.statistics?.max_residual)),
+    shown("max_residual", |set| {
+        number(set.statistics.as_ref()?.max_residual)
+    }),
     shown("evaluations", |set| {
-        number(set.statistics?.evaluations as f64)
+        number(set.statistics.as_ref()?.evaluations as f64)
     }),
     hidden("points", |set| Some(points(&set.mesh.positions, 3))),
     hidden("normals", |set| Some(points(&set.mesh.normals, 3))),
