@@ -308,14 +308,13 @@ mod tests {
 
     /// The same without the header, in binary.
     fn binary(big_endian: bool) -> Vec<u8> {
-        let mut content = TEXT[..TEXT.find("0 0 0 255").unwrap()].as_bytes().to_vec();
         let name = if big_endian {
             "binary_big_endian"
         } else {
             "binary_little_endian"
         };
-        let text = String::from_utf8(content).unwrap().replace("ascii", name);
-        content = text.into_bytes();
+        let end = TEXT.find("0 0 0 255").unwrap();
+        let mut content = TEXT[..end].replace("ascii", name).into_bytes();
         let mut put = |bytes: &[u8]| match big_endian {
             true => content.extend(bytes.iter().rev()),
             false => content.extend(bytes),
