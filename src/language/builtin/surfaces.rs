@@ -199,7 +199,7 @@ fn value_of(found: Polygonized) -> Value {
             method,
             statistics,
         })),
-        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, statistics))),
+        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, Some(statistics)))),
     }
 }
 
