@@ -232,7 +232,6 @@ impl Workshop {
     }
 
     /// The vertices to be placed: their sites, the roots around them, and each cell's first.
-    #[expect(clippy::type_complexity, reason = "three lists that belong together")]
     fn sites(
         &self,
         plan: &Plan,

@@ -56,11 +56,11 @@ impl Loops {
                 (loops.of_edge[from], loops.of_edge[to]) = (0, 0);
             }
         }
-        for edge in 0..12 {
+        for (edge, &first) in label.iter().enumerate() {
             if loops.of_edge[edge] == NONE {
                 continue;
             }
-            let first = usize::from(label[edge]);
+            let first = usize::from(first);
             if first == edge {
                 loops.of_edge[edge] = loops.count;
                 loops.count += 1;
