@@ -3,19 +3,27 @@
 //! The grid is worked off in slabs, in parallel; a slab holds two layers of points at a time, so
 //! that memory grows with the surface and with one layer, never with the whole grid. Every
 //! crossed edge is a vertex; the triangles of a cell come from the case table, by the numbers of
-//! its edges, and the roots on the edges are found afterwards, all together. A slab numbers the
+//! its edges, and the roots on the edges are found afterwards, all together. In every cell the
+//! surface has the topology of the trilinear function with the values of F − iso at the corners;
+//! where that takes a vertex in the cell, it is put on F = iso by Newton's method. A slab numbers the
 //! edges in its uppermost layer last, in the same order in which the slab above it numbers them
 //! first: added to the number of vertices of all slabs below, both numbers are the same.
 
+mod interior;
+mod loops;
+mod patches;
 mod table;
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-use self::table::{CaseTable, EDGES, TABLE};
+use self::loops::{EDGES, ends, is_inside};
+use self::patches::{Centre, FIRST_CENTRE, Patches};
+use self::table::TABLE;
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
+use super::projection::{self, Start};
 use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
 use crate::engine::{Field, Monitor};
 use crate::geometry::Mesh;
@@ -93,6 +101,8 @@ struct Slab<'a> {
     edges: Vec<Edge>,
     /// The vertices that close the surface at the box, with their normals.
     caps: Vec<(usize, DVec3)>,
+    /// The vertices inside cells, and where F = iso is sought for them.
+    centres: Vec<(usize, Start)>,
     triangles: Vec<[u32; 3]>,
     cut_by_box: bool,
 }
@@ -104,6 +114,7 @@ impl<'a> Slab<'a> {
             points: [grid.points(0), grid.points(1)],
             edges: Vec::new(),
             caps: Vec::new(),
+            centres: Vec::new(),
             triangles: Vec::new(),
             cut_by_box: false,
         }
@@ -125,7 +136,7 @@ impl<'a> Slab<'a> {
         };
         let (mut lower, mut upper) = (plane(&sweep), plane(&sweep));
         let mut between = vec![0; lower.layer.inside.len()];
-        let mut cases = vec![0; self.points[0] - 1];
+        let mut cases = vec![0; (self.points[0] - 1) * (self.points[1] - 1)];
 
         let mut seen = sweep.evaluate(cells.start, &mut lower.layer);
         let mut evaluations = seen.points();
@@ -138,6 +149,8 @@ impl<'a> Slab<'a> {
             let above = sweep.evaluate(index + 1, &mut upper.layer);
             evaluations += above.points();
             self.number_between(&sweep, [&lower.layer, &upper.layer], index, &mut between);
+            self.find_cases([&lower.layer, &upper.layer], &mut cases);
+            let variants = self.number_centres(&sweep, [&lower.layer, &upper.layer], index, &cases);
             own_vertices = self.edges.len();
             self.number_plane(&sweep, &mut upper, index + 1);
             let highest = index + 2 == self.grid.points(2);
@@ -145,7 +158,7 @@ impl<'a> Slab<'a> {
                 own_vertices = self.edges.len();
                 seen = seen.and(above);
             }
-            self.triangulate([&lower, &upper], &between, &mut cases);
+            self.triangulate([&lower, &upper], &between, &cases, &variants);
             std::mem::swap(&mut lower, &mut upper);
         }
         self.edges.truncate(own_vertices);
@@ -161,9 +174,15 @@ impl<'a> Slab<'a> {
         (seen, evaluations): (Seen, usize),
         monitor: &dyn Monitor,
     ) -> Piece {
-        let (mut roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
+        let (mut roots, mut more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
         for (vertex, normal) in self.caps {
             roots[vertex].normal = normal;
+        }
+        let (vertices, starts): (Vec<usize>, Vec<Start>) = self.centres.into_iter().unzip();
+        let (centres, further) = projection::project(field, accuracy, &starts, monitor);
+        more += further;
+        for (vertex, centre) in vertices.into_iter().zip(centres) {
+            roots[vertex] = centre;
         }
         Piece {
             positions: roots.iter().map(|root| root.position).collect(),
@@ -239,10 +258,81 @@ impl<'a> Slab<'a> {
         DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
     }
 
-    /// Adds the triangles of the cells between two layers. `cases` is a row of scratch.
-    fn triangulate(&mut self, planes: [&Plane; 2], between: &[u32], cases: &mut [u8]) {
+    /// The cases of the cells between two layers, row by row.
+    fn find_cases(&self, [lower, upper]: [&Layer; 2], cases: &mut [u8]) {
+        let columns = self.points[0];
+        for (j, cases) in cases.chunks_mut(columns - 1).enumerate() {
+            let row = |j: usize| j * columns..(j + 1) * columns;
+            let [near, far] = [row(j), row(j + 1)];
+            find_cases(
+                [
+                    &lower.inside[near.clone()],
+                    &lower.inside[far.clone()],
+                    &upper.inside[near],
+                    &upper.inside[far],
+                ],
+                cases,
+            );
+        }
+    }
+
+    /// Decides the ambiguous cells between two layers, of which `k` is the lower, and numbers the
+    /// vertices inside them. Returns these cells in the order of `cases`.
+    fn number_centres(
+        &mut self,
+        sweep: &Sweep,
+        layers: [&Layer; 2],
+        k: usize,
+        cases: &[u8],
+    ) -> Vec<Variant> {
         let table = &*TABLE;
-        let [columns, rows] = self.points;
+        let mut variants = Vec::new();
+        for_each_mixed(cases, |number, case| {
+            if !table.is_ambiguous(case) {
+                return;
+            }
+            let (i, j) = (number % (self.points[0] - 1), number / (self.points[0] - 1));
+            let values = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner: usize| {
+                sweep.value(layers[corner >> 2], i + (corner & 1), j + (corner >> 1 & 1))
+            });
+            let (patches, tunnel) = table.variant(case, &values);
+            let cell = self.grid.cell([i, j, k]);
+            variants.push(Variant {
+                patches,
+                first_centre: self.edges.len() as u32,
+            });
+            for centre in &patches.centres {
+                let place = match (centre, tunnel) {
+                    (Centre::Neck(number), Some(tunnel)) => tunnel.neck()[*number],
+                    (Centre::Neck(_), None) => DVec3::splat(0.5),
+                    (Centre::Loop(edges), _) => middle(edges, &values),
+                };
+                let start = start(cell, place, case);
+                // No length: nothing is sought along it.
+                let (axis, outside) = (0, start.point.x);
+                self.edges.push(Edge {
+                    inside: start.point,
+                    axis,
+                    outside,
+                    inside_value: 0.0,
+                    outside_value: 0.0,
+                });
+                self.centres.push((self.edges.len() - 1, start));
+            }
+        });
+        variants
+    }
+
+    /// Adds the triangles of the cells between two layers.
+    fn triangulate(
+        &mut self,
+        planes: [&Plane; 2],
+        between: &[u32],
+        cases: &[u8],
+        variants: &[Variant],
+    ) {
+        let columns = self.points[0];
+        let table = &*TABLE;
         let vertices = EdgeVertices {
             lists: EDGES.map(|(corner, axis)| match axis {
                 2 => between,
@@ -251,14 +341,68 @@ impl<'a> Slab<'a> {
             }),
             offsets: EDGES.map(|(corner, _)| (corner & 1) + (corner >> 1 & 1) * columns),
         };
-        for j in 0..rows - 1 {
-            let row = |plane: usize, j: usize| {
-                &planes[plane].layer.inside[j * columns..(j + 1) * columns]
-            };
-            find_cases([row(0, j), row(0, j + 1), row(1, j), row(1, j + 1)], cases);
-            add_triangles(table, cases, &vertices, j * columns, &mut self.triangles);
-        }
+        let mut variants = variants.iter();
+        let triangles = &mut self.triangles;
+        for_each_mixed(cases, |number, case| {
+            // A row has one point more than cells.
+            let start = number + number / (columns - 1);
+            let vertex = |edge: u8| vertices.at(edge, start);
+            if !table.is_ambiguous(case) {
+                let own = table.triangles(case).iter();
+                triangles.extend(own.map(|triangle| triangle.map(vertex)));
+            } else if let Some(variant) = variants.next() {
+                let vertex = |name: u8| match name.checked_sub(FIRST_CENTRE) {
+                    Some(centre) => variant.first_centre + u32::from(centre),
+                    None => vertex(name),
+                };
+                let own = variant.patches.triangles.iter();
+                triangles.extend(own.map(|triangle| triangle.map(vertex)));
+            }
+        });
     }
+}
+
+/// A cell that signs do not decide.
+struct Variant {
+    patches: &'static Patches,
+    /// The number of its first vertex that is not on an edge.
+    first_centre: u32,
+}
+
+/// Where the level set is sought for a vertex at a place in a cell, given as a part of its sides.
+/// It must stay off the cell's faces, by a hundredth of its sides.
+fn start([low, high]: [DVec3; 2], place: DVec3, case: u8) -> Start {
+    let size = high - low;
+    let margin = 0.01 * size;
+    let at = |corner: usize| DVec3::from_array([0, 1, 2].map(|axis| (corner >> axis & 1) as f64));
+    let nearest = |inside: bool| {
+        let corners = (0..8).filter(|&corner| is_inside(case, corner) == inside);
+        let distance = |corner: usize| at(corner).distance_squared(place);
+        let nearer = |one: usize, other: usize| match distance(other) < distance(one) {
+            true => other,
+            false => one,
+        };
+        low + at(corners.reduce(nearer).unwrap_or_default()) * size
+    };
+    Start {
+        point: low + place * size,
+        low: low + margin,
+        high: high - margin,
+        ends: [nearest(true), nearest(false)],
+    }
+}
+
+/// About the middle of a loop through these edges of the unit cube, given the values at the
+/// corners: the mean of the zeros of the linear function on each edge.
+fn middle(edges: &[u8], values: &[f64; 8]) -> DVec3 {
+    let crossing = |&edge: &u8| {
+        let [low, high] = ends(usize::from(edge));
+        let part = values[low] / (values[low] - values[high]);
+        let part = if part.is_finite() { part } else { 0.5 };
+        let corner = DVec3::from_array([0, 1, 2].map(|axis| (low >> axis & 1) as f64));
+        corner + part * DVec3::AXES[EDGES[usize::from(edge)].1]
+    };
+    edges.iter().map(crossing).sum::<DVec3>() / edges.len() as f64
 }
 
 /// Where the numbers of the vertices on a cell's twelve edges stand: `lists[edge]` at the cell's
@@ -266,6 +410,14 @@ impl<'a> Slab<'a> {
 struct EdgeVertices<'a> {
     lists: [&'a [u32]; 12],
     offsets: [usize; 12],
+}
+
+impl EdgeVertices<'_> {
+    /// The vertex on an edge of the cell whose lowest corner is the point with this number.
+    fn at(&self, edge: u8, start: usize) -> u32 {
+        let edge = usize::from(edge);
+        self.lists[edge][start + self.offsets[edge]]
+    }
 }
 
 /// The cases of a row of cells, from the flags of the four rows of points around it in the order
@@ -279,32 +431,23 @@ fn find_cases(rows: [&[u8]; 4], cases: &mut [u8]) {
     }
 }
 
-/// Adds the triangles of a row of cells, whose first has its lowest corner at `start`.
-fn add_triangles(
-    table: &CaseTable,
-    cases: &[u8],
-    vertices: &EdgeVertices,
-    start: usize,
-    triangles: &mut Vec<[u32; 3]>,
-) {
-    let mut add = |first: usize, cases: &[u8]| {
+/// Calls `visit` with the number and the case of every cell that is neither wholly inside nor
+/// wholly outside.
+fn for_each_mixed(cases: &[u8], mut visit: impl FnMut(usize, u8)) {
+    // Most cells are not: many are looked at together.
+    const WIDTH: usize = 16;
+    let mut look = |first: usize, cases: &[u8]| {
         for (offset, &case) in cases.iter().enumerate() {
-            let cell = start + first + offset;
-            triangles.extend(table.triangles(case).iter().map(|triangle| {
-                triangle.map(|edge| {
-                    let edge = usize::from(edge);
-                    vertices.lists[edge][cell + vertices.offsets[edge]]
-                })
-            }));
+            if case != 0 && case != 255 {
+                visit(first + offset, case);
+            }
         }
     };
-    // Most cells are empty: many are looked at together.
-    const WIDTH: usize = 16;
     let (chunks, rest) = cases.as_chunks::<WIDTH>();
     for (number, cases) in chunks.iter().enumerate() {
         if *cases != [0; WIDTH] && *cases != [255; WIDTH] {
-            add(number * WIDTH, cases);
+            look(number * WIDTH, cases);
         }
     }
-    add(chunks.len() * WIDTH, rest);
+    look(chunks.len() * WIDTH, rest);
 }

@@ -150,6 +150,15 @@ impl Grid {
         }
     }
 
+    /// The lowest and the highest corner of the cell in R3 with the indices `start` of its lowest
+    /// point.
+    pub(super) fn cell(&self, start: [usize; 3]) -> [DVec3; 2] {
+        [0, 1].map(|step| {
+            let coordinate = |axis: usize| self.coordinates[axis][start[axis] + step];
+            DVec3::from_array([0, 1, 2].map(coordinate))
+        })
+    }
+
     /// Whether an edge leads to a ghost.
     pub(super) fn leads_to_ghost(&self, start: &[usize], axis: usize) -> bool {
         self.is_ghost(axis, start[axis]) || self.is_ghost(axis, start[axis] + 1)

@@ -12,6 +12,7 @@ mod edge_roots;
 mod error;
 mod grid;
 mod options;
+mod projection;
 mod roots;
 mod squares;
 mod statistics;

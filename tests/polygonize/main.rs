@@ -2,5 +2,7 @@
 
 mod bracketing;
 mod cubes;
+mod cubes_topology;
 mod squares;
 mod support;
+mod trilinear;
