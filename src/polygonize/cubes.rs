@@ -12,6 +12,7 @@
 mod interior;
 mod loops;
 mod patches;
+mod snap;
 mod table;
 
 use std::ops::Range;
@@ -21,11 +22,11 @@ use glam::DVec3;
 use self::loops::{EDGES, ends, is_inside};
 use self::patches::{Centre, FIRST_CENTRE, Patches};
 use self::table::TABLE;
-use super::edge_roots::{self, Accuracy, Edge};
+use super::edge_roots::{self, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
 use super::projection::{self, Start};
+use super::signs::Signs;
 use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
-use crate::engine::{Field, Monitor};
 use crate::geometry::Mesh;
 
 /// The mesh of the level set by marching cubes: oriented and manifold, with shared vertices,
@@ -33,10 +34,12 @@ use crate::geometry::Mesh;
 pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     let grid = &uniform_grid(job.options)?;
     let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
+    let signs = &Signs::of_grid(field, accuracy.iso, grid, monitor);
     let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
-        Slab::new(grid).march(field, accuracy, cells, monitor)
+        let sweep = Sweep::new(field, accuracy.iso, grid, monitor).with_signs(signs.as_ref());
+        Slab::new(grid, job.options.snap).march(sweep, job, cells)
     })?;
-    let (mesh, seen, statistics) = join(pieces)?;
+    let (mesh, seen, statistics) = join(job, grid, pieces)?;
     let cells = grid.cells();
     let statistics = Statistics {
         cells,
@@ -51,12 +54,18 @@ struct Piece {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// For every vertex the grid point that it may be merged into; empty if none is to be.
+    near: Vec<Option<DVec3>>,
     seen: Seen,
     statistics: Statistics,
 }
 
 /// The pieces as one mesh.
-fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
+fn join(
+    job: &Job,
+    grid: &Grid,
+    pieces: Vec<Piece>,
+) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
     let vertices: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
     let triangles = pieces.iter().map(|piece| piece.triangles.len()).sum();
     if u32::try_from(vertices).is_err() {
@@ -64,6 +73,7 @@ fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError>
     }
     let mut seen = Seen::default();
     let mut statistics = Statistics::default();
+    let mut near = Vec::new();
     let mut mesh = Mesh {
         positions: Vec::with_capacity(vertices),
         normals: Vec::with_capacity(vertices),
@@ -75,8 +85,16 @@ fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError>
         mesh.triangles.extend(piece.triangles.iter().map(numbered));
         mesh.positions.extend(piece.positions);
         mesh.normals.extend(piece.normals);
+        near.extend(piece.near);
         seen = seen.and(piece.seen);
         statistics = statistics.and(piece.statistics);
+    }
+    if job.options.snap {
+        let [low, high] = grid.cell([grid.ghosts; 3]);
+        let reach = 0.5 * (high - low);
+        let (evaluations, residual) = snap::merge(&mut mesh, &near, reach, job);
+        statistics.evaluations += evaluations;
+        statistics.max_residual = statistics.max_residual.max(residual);
     }
     // Where the surface runs through a grid point, the roots on all edges there are that point,
     // and so are the cap's vertices at the edges of the box.
@@ -95,6 +113,8 @@ struct Plane {
 /// A slab in the course of the work.
 struct Slab<'a> {
     grid: &'a Grid,
+    /// Whether roots are merged at grid points.
+    snap: bool,
     /// Points along x and y.
     points: [usize; 2],
     /// The crossed edges: vertex after vertex.
@@ -108,9 +128,10 @@ struct Slab<'a> {
 }
 
 impl<'a> Slab<'a> {
-    fn new(grid: &'a Grid) -> Self {
+    fn new(grid: &'a Grid, snap: bool) -> Self {
         Slab {
             grid,
+            snap,
             points: [grid.points(0), grid.points(1)],
             edges: Vec::new(),
             caps: Vec::new(),
@@ -121,14 +142,7 @@ impl<'a> Slab<'a> {
     }
 
     /// Marches through the layers of cells of the slab.
-    fn march(
-        mut self,
-        field: &dyn Field,
-        accuracy: Accuracy,
-        cells: Range<usize>,
-        monitor: &dyn Monitor,
-    ) -> Piece {
-        let mut sweep = Sweep::new(field, accuracy.iso, self.grid, monitor);
+    fn march(mut self, mut sweep: Sweep, job: &Job, cells: Range<usize>) -> Piece {
         let plane = |sweep: &Sweep| {
             let layer = sweep.layer();
             let vertices = [vec![0; layer.inside.len()], vec![0; layer.inside.len()]];
@@ -139,15 +153,13 @@ impl<'a> Slab<'a> {
         let mut cases = vec![0; (self.points[0] - 1) * (self.points[1] - 1)];
 
         let mut seen = sweep.evaluate(cells.start, &mut lower.layer);
-        let mut evaluations = seen.points();
         self.number_plane(&sweep, &mut lower, cells.start);
         let mut own_vertices = self.edges.len();
         for index in cells.clone() {
-            if monitor.cancelled() {
+            if job.monitor.cancelled() {
                 break;
             }
             let above = sweep.evaluate(index + 1, &mut upper.layer);
-            evaluations += above.points();
             self.number_between(&sweep, [&lower.layer, &upper.layer], index, &mut between);
             self.find_cases([&lower.layer, &upper.layer], &mut cases);
             let variants = self.number_centres(&sweep, [&lower.layer, &upper.layer], index, &cases);
@@ -163,17 +175,12 @@ impl<'a> Slab<'a> {
         }
         self.edges.truncate(own_vertices);
         self.caps.retain(|&(vertex, _)| vertex < own_vertices);
-        self.finish(field, accuracy, (seen, evaluations), monitor)
+        self.finish(job, seen, sweep.evaluations())
     }
 
     /// Finds the roots on the crossed edges.
-    fn finish(
-        self,
-        field: &dyn Field,
-        accuracy: Accuracy,
-        (seen, evaluations): (Seen, usize),
-        monitor: &dyn Monitor,
-    ) -> Piece {
+    fn finish(self, job: &Job, seen: Seen, evaluations: usize) -> Piece {
+        let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
         let (mut roots, mut more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
         for (vertex, normal) in self.caps {
             roots[vertex].normal = normal;
@@ -184,7 +191,14 @@ impl<'a> Slab<'a> {
         for (vertex, centre) in vertices.into_iter().zip(centres) {
             roots[vertex] = centre;
         }
+        let near = match self.snap {
+            true => (self.edges.iter().zip(&roots))
+                .map(|(edge, root)| snap::near_end(self.grid, edge, root))
+                .collect(),
+            false => Vec::new(),
+        };
         Piece {
+            near,
             positions: roots.iter().map(|root| root.position).collect(),
             normals: roots.iter().map(|root| root.normal).collect(),
             triangles: self.triangles,

@@ -14,6 +14,7 @@ mod grid;
 mod options;
 mod projection;
 mod roots;
+mod signs;
 mod squares;
 mod statistics;
 

@@ -69,7 +69,11 @@ pub(super) fn project(
 
 /// Newton's method along the gradient. A root that is not found is poor, at the start, and its
 /// residual negative if F < iso there, else not.
-fn newton(field: &dyn Field, accuracy: Accuracy, starts: &[Start]) -> (Vec<Root>, usize) {
+pub(super) fn newton(
+    field: &dyn Field,
+    accuracy: Accuracy,
+    starts: &[Start],
+) -> (Vec<Root>, usize) {
     let mut points: Vec<DVec3> = starts.iter().map(|start| start.point).collect();
     let mut roots = vec![Root::default(); starts.len()];
     let mut moving: Vec<usize> = (0..starts.len()).collect();

@@ -15,7 +15,7 @@
 //! `axis` from the k-th (in ascending order) of the corners that have coordinate 0 there.
 
 /// The cube's edges as (lower corner, axis).
-pub(super) const EDGES: [(usize, usize); 12] = [
+pub(in crate::polygonize) const EDGES: [(usize, usize); 12] = [
     (0, 0),
     (2, 0),
     (4, 0),
@@ -31,7 +31,7 @@ pub(super) const EDGES: [(usize, usize); 12] = [
 ];
 
 /// The corners of the six faces, counter-clockwise seen from outside the cube.
-pub(super) const FACES: [[usize; 4]; 6] = [
+pub(in crate::polygonize) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
     [0, 1, 5, 4],
@@ -153,7 +153,7 @@ pub(super) fn ends(edge: usize) -> [usize; 2] {
 }
 
 /// The edge between two neighbouring corners.
-pub(super) fn edge_between(one: usize, other: usize) -> usize {
+pub(in crate::polygonize) fn edge_between(one: usize, other: usize) -> usize {
     let lower = one.min(other);
     let axis = (one ^ other).trailing_zeros() as usize;
     // Leaving out the bit of the axis, which is 0, ranks the lower corner among its like.
