@@ -1,7 +1,9 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod compiled;
 mod cubes;
+mod cubes_snapping;
 mod cubes_topology;
 mod squares;
 mod support;
