@@ -83,7 +83,9 @@ fn slivers_disappear_and_the_surface_stays() {
         assert!(worst_percent(&plain.shape) < 0.05, "field {number}");
         assert!(worst_percent(&snapped.shape) > 0.5, "field {number}");
         assert!(snapped.shape.triangles.len() < plain.shape.triangles.len());
-        assert!((snapped.shape.volume() / plain.shape.volume() - 1.0).abs() < 1e-3);
+        // Facets with sides e lie up to e²/12r inside a tube of radius r, whose volume is r/2 times
+        // its area: 0.4 % of the torus.
+        assert!((snapped.shape.volume() / plain.shape.volume() - 1.0).abs() < 4e-3);
     }
 }
 
