@@ -81,6 +81,11 @@ impl Columns {
         self.values.iter_mut().for_each(|value| *value -= iso);
     }
 
+    /// F − iso and F_x at all points, in order.
+    pub(super) fn results(&self) -> impl Iterator<Item = (f64, DVec3)> + '_ {
+        (0..self.values.len()).map(|index| self.result(index))
+    }
+
     /// F − iso and F_x at a point.
     pub(super) fn result(&self, index: usize) -> (f64, DVec3) {
         let gradient = self.gradients.each_ref().map(|column| column[index]);

@@ -288,7 +288,7 @@ impl Search {
 
 /// |value| / |gradient|: 0 if the value is, else infinite where the gradient vanishes and NaN
 /// where it is not finite.
-fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
+pub(super) fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
@@ -304,7 +304,7 @@ fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
 }
 
 /// The direction of a vector; 0 if it has none.
-fn unit_or_zero(vector: DVec3) -> DVec3 {
+pub(super) fn unit_or_zero(vector: DVec3) -> DVec3 {
     let scale = vector.abs().max_element();
     if scale > 0.0 && vector.is_finite() {
         (vector / scale).normalize()

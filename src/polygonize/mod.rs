@@ -14,7 +14,9 @@ mod edge_roots;
 mod error;
 mod grid;
 mod options;
+mod projection;
 mod roots;
+mod signs;
 mod squares;
 mod statistics;
 

@@ -79,6 +79,9 @@ pub struct Options {
     pub iso: f64,
     /// The greatest |F − iso| / |F_x| at a vertex, relative to the diagonal of the box.
     pub tolerance: f64,
+    /// Marching cubes: whether the roots nearest to the same grid point are merged into one vertex
+    /// on the level set where that does not change the topology, which removes thin triangles.
+    pub snap: bool,
     /// The greatest number of cells.
     pub cell_limit: usize,
 }
@@ -95,6 +98,7 @@ impl Options {
             cap: false,
             iso: 0.0,
             tolerance,
+            snap: false,
             cell_limit: 1 << 30,
         }
     }

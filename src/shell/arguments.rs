@@ -250,6 +250,9 @@ pub(super) struct Mesh {
     /// Closes the surface where the box cuts it
     #[arg(long)]
     pub(super) cap: bool,
+    /// Marching cubes: merges vertices near grid points, which makes better triangles
+    #[arg(long)]
+    pub(super) snap: bool,
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,

@@ -1,7 +1,11 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod compiled;
 mod cubes;
+mod cubes_snapping;
+mod cubes_topology;
 mod dual;
 mod squares;
 mod support;
+mod trilinear;

@@ -26,8 +26,9 @@ pub(super) const TABLE: &[Builtin] = &[
             "iso = 0",
             "cap = false",
             "tolerance = 1e-9",
+            "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it.",
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles.",
         polygonize,
     ),
     measure(
@@ -158,6 +159,9 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     options.iso = iso;
     if let Some(cap) = arguments.bool(session, "cap")? {
         options.cap = cap;
+    }
+    if let Some(snap) = arguments.bool(session, "snap")? {
+        options.snap = snap;
     }
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;

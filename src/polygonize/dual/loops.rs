@@ -13,7 +13,7 @@
 
 use std::sync::LazyLock;
 
-use crate::polygonize::cubes::{FACES, edge_between};
+use crate::polygonize::cubes;
 
 /// What stands for no loop.
 const NONE: u8 = u8::MAX;
@@ -45,35 +45,18 @@ impl Loops {
             of_edge: [NONE; 12],
             doubled: 0,
         };
-        let mut label: [u8; 12] = std::array::from_fn(|edge| edge as u8);
-        let segments = FACES.map(|face| face_segments(case, face));
-        for (face, pairs) in segments.iter().enumerate() {
-            for [from, to] in joined(pairs, turned >> face & 1 == 1) {
-                let (keep, drop) = (label[from].min(label[to]), label[from].max(label[to]));
-                for own in label.iter_mut().filter(|own| **own == drop) {
-                    *own = keep;
-                }
-                (loops.of_edge[from], loops.of_edge[to]) = (0, 0);
-            }
-        }
-        for (edge, &first) in label.iter().enumerate() {
-            if loops.of_edge[edge] == NONE {
-                continue;
-            }
-            let first = usize::from(first);
-            if first == edge {
+        for own in cubes::loops(case, turned) {
+            for edge in own.edges {
                 loops.of_edge[edge] = loops.count;
-                loops.count += 1;
-            } else {
-                loops.of_edge[edge] = loops.of_edge[first];
             }
+            loops.count += 1;
         }
-        for (face, pairs) in segments.iter().enumerate() {
-            if let [one, other] = pairs[..]
-                && label[one[0]] == label[one[1]]
-                && label[one[0]] == label[other[0]]
-                && label[one[0]] == label[other[1]]
-            {
+        let ambiguous = cubes::ambiguous_faces(case);
+        for face in (0..6).filter(|face| ambiguous >> face & 1 == 1) {
+            // All four edges of an ambiguous face are crossed.
+            let mut edges = (0..12).filter(|&edge| cubes::is_in_face(edge, face));
+            let first = edges.next().map(|edge| loops.of_edge[edge]);
+            if edges.all(|edge| Some(loops.of_edge[edge]) == first) {
                 loops.doubled |= 1 << face;
             }
         }
@@ -81,44 +64,15 @@ impl Loops {
     }
 }
 
-/// The segments on a face that cut off runs of inside corners, as the edges from which and to
-/// which they lead.
-fn face_segments(case: u8, face: [usize; 4]) -> Vec<[usize; 2]> {
-    let inside = |step: usize| case >> face[step % 4] & 1 == 1;
-    let edge = |step: usize| edge_between(face[step % 4], face[(step + 1) % 4]);
-    let entries = (0..4).filter(|&step| !inside(step) && inside(step + 1));
-    entries
-        .filter_map(|entry| {
-            let exit = (entry + 1..entry + 4).find(|&step| !inside(step + 1))?;
-            Some([edge(entry), edge(exit)])
-        })
-        .collect()
-}
-
-/// The same, or if the face is turned and ambiguous those that cut off the outside corners.
-fn joined(segments: &[[usize; 2]], is_turned: bool) -> Vec<[usize; 2]> {
-    match segments {
-        [one, other] if is_turned => vec![[one[0], other[1]], [other[0], one[1]]],
-        _ => segments.to_vec(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// The faces with four crossed edges.
-    fn ambiguous_faces(case: u8) -> u8 {
-        let faces = FACES.iter().enumerate();
-        let two = faces.filter(|(_, face)| face_segments(case, **face).len() == 2);
-        two.map(|(face, _)| 1 << face).sum()
-    }
 
     #[test]
     fn every_crossed_edge_is_in_one_loop() {
         for case in 0..=255u8 {
             let loops = Loops::of_case(case);
-            for (edge, (lower, axis)) in crate::polygonize::cubes::EDGES.into_iter().enumerate() {
+            for (edge, (lower, axis)) in cubes::EDGES.into_iter().enumerate() {
                 let upper = lower + (1 << axis);
                 let crossed = (case >> lower ^ case >> upper) & 1 == 1;
                 assert_eq!(loops.of_edge[edge] != NONE, crossed, "{case} {edge}");
@@ -140,7 +94,6 @@ mod tests {
                     assert_eq!(turned.doubled >> face & 1, 0);
                 }
             }
-            assert_eq!(loops.doubled & !ambiguous_faces(case), 0);
         }
         assert!(doubled > 0);
     }
