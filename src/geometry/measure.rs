@@ -52,7 +52,7 @@ impl Mesh {
     }
 
     /// The positions of the corners of each triangle.
-    fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    pub(super) fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         self.triangles
             .iter()
             .map(|triangle| triangle.map(|vertex| self.positions[vertex as usize]))

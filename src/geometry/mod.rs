@@ -11,19 +11,25 @@ mod mesh;
 mod samples;
 
 mod collapse;
+mod deviation;
 mod disjoint_sets;
+mod intersect;
 mod measure;
 mod neighbours;
+mod predicates;
+mod quality;
 mod summation;
 mod topology;
 
 pub use bounds::Bounds;
+pub use deviation::{Deviation, Distances, FieldValues};
 pub(crate) use disjoint_sets::DisjointSets;
 
 pub use curves::{Curves, Polyline};
 pub use image::{Animation, Image};
 pub use mesh::Mesh;
 pub use neighbours::{Spacing, nearest_distances};
+pub use quality::Quality;
 pub use samples::Samples;
 pub use topology::Topology;
 
