@@ -16,21 +16,25 @@ use glam::DVec3;
 use self::table::{CaseTable, EDGES, TABLE};
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
-use super::{PolygonizeError, Statistics};
+use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
 use crate::engine::{Field, Monitor};
 use crate::geometry::Mesh;
 
-/// The mesh of the level set on the grid, what was seen of F there, and the statistics.
-pub(super) fn march(
-    field: &dyn Field,
-    accuracy: Accuracy,
-    grid: &Grid,
-    monitor: &dyn Monitor,
-) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
+/// The mesh of the level set by marching cubes: oriented and manifold, with shared vertices,
+/// watertight unless the box cuts it and there is no cap.
+pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
+    let grid = &uniform_grid(job.options)?;
+    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
     let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
         Slab::new(grid).march(field, accuracy, cells, monitor)
     })?;
-    join(pieces)
+    let (mesh, seen, statistics) = join(pieces)?;
+    let cells = grid.cells();
+    let statistics = Statistics {
+        cells,
+        ..statistics
+    };
+    Ok((Shape::Mesh(mesh), seen, statistics))
 }
 
 /// What a slab yields. Triangles name vertices by their number within the slab; numbers from

@@ -5,20 +5,18 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::edge_roots::{self, Accuracy, Edge, Root};
-use super::grid::{Grid, Seen, for_each_slab};
-use super::{PolygonizeError, Statistics};
+use super::grid::{Seen, for_each_slab};
+use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
 use crate::engine::{Field, Monitor};
 
-/// The roots in ascending order, what was seen of F on the grid, and the statistics.
+/// The roots of F − iso in the interval, both ends included, in ascending order: one for each
+/// change of sign between neighbouring grid points, and every grid point at which F = iso exactly.
 ///
 /// Unlike the vertices of curves and surfaces, poor roots are left out: nothing depends on them,
 /// and a pole is no root.
-pub(super) fn find(
-    field: &dyn Field,
-    accuracy: Accuracy,
-    grid: &Grid,
-    monitor: &dyn Monitor,
-) -> Result<(Vec<f64>, Seen, Statistics), PolygonizeError> {
+pub(super) fn find(job: &Job) -> Result<Found, PolygonizeError> {
+    let grid = &uniform_grid(job.options)?;
+    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
     let points = &grid.coordinates[0];
     let pieces = for_each_slab(grid, "finding roots", monitor, |cells| {
         find_piece(field, accuracy, points, cells, monitor)
@@ -42,7 +40,8 @@ pub(super) fn find(
     statistics.good_roots = found.len();
     let at_end = |root: &f64| *root == points[0] || *root == points[points.len() - 1];
     statistics.cut_by_box = found.iter().any(at_end);
-    Ok((found, seen, statistics))
+    statistics.cells = grid.cells();
+    Ok((Shape::Roots(found), seen, statistics))
 }
 
 /// The roots in a range of cells, not counting its upper end unless that is the last point; what

@@ -13,17 +13,15 @@ use glam::DVec3;
 
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
-use super::{PolygonizeError, Statistics};
+use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Polyline};
 
-/// The curves of the level set on the grid, what was seen of F there, and the statistics.
-pub(super) fn march(
-    field: &dyn Field,
-    accuracy: Accuracy,
-    grid: &Grid,
-    monitor: &dyn Monitor,
-) -> Result<(Curves, Seen, Statistics), PolygonizeError> {
+/// The level set as polylines: closed, or open with their ends at the box if it cuts them and
+/// there is no cap.
+pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
+    let grid = &uniform_grid(job.options)?;
+    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
     let pieces = for_each_slab(grid, "marching squares", monitor, |cells| {
         Slab::new(grid).march(field, accuracy, cells, monitor)
     })?;
@@ -47,7 +45,12 @@ pub(super) fn march(
         dimension: 2,
         polylines: join(&positions, &segments),
     };
-    Ok((curves, seen, statistics))
+    let cells = grid.cells();
+    let statistics = Statistics {
+        cells,
+        ..statistics
+    };
+    Ok((Shape::Curves(curves), seen, statistics))
 }
 
 /// Joins segments to polylines, in the order of their first vertices, open ones first.

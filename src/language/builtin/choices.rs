@@ -2,12 +2,16 @@
 
 use super::Builtin;
 use crate::picture::View;
+use crate::polygonize;
 use crate::sample::{Method, Potential};
 
 /// The strings that a function takes for a parameter, if there are only some.
 pub fn choices(function: &Builtin, parameter: &str) -> Vec<&'static str> {
     match (function.name, parameter) {
-        ("polygonize", "method") => vec!["cubes"],
+        ("polygonize", "method") => polygonize::Method::TABLE
+            .iter()
+            .map(|(_, name, _)| *name)
+            .collect(),
         ("sample", "method") => Method::NAMES.iter().map(|(_, name)| *name).collect(),
         ("sample", "potential") => Potential::NAMES.iter().map(|(_, name)| *name).collect(),
         ("sample", "adapt") => vec!["curvature"],

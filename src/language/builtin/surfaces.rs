@@ -12,14 +12,14 @@ use crate::language::function::At;
 use crate::language::product::{self, CurveSet, MeshSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::polygonize::{self, PolygonizeError};
+use crate::polygonize::{self, Method, PolygonizeError, Polygonized, Shape};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
         "polygonize",
         &[
             "f",
-            "method = \"cubes\"",
+            "method =",
             "cell =",
             "resolution = 64",
             "bounds =",
@@ -143,17 +143,12 @@ pub(super) fn box_of(
 }
 
 fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
-    match arguments.text("method")?.as_deref() {
-        None | Some("cubes") => {}
-        Some(other) => {
-            let message = format!("there is no polygonizer `{other}`; there is \"cubes\"");
-            return Err(arguments.bad("method", message));
-        }
-    }
+    let method = method_argument(arguments)?;
     let (field, bounds) = compiled_argument(session, arguments)?;
     let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
     let bounds = box_of(&field, iso, bounds, arguments, &session.monitor())?;
     let mut options = polygonize::Options::new(bounds);
+    options.method = method;
     if let Some(resolution) = arguments.positive(session, "resolution")? {
         options.cell = bounds.size().max_element() / resolution;
     }
@@ -169,25 +164,43 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     }
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
     let monitor = &session.monitor();
-    let (value, statistics) = match bounds.dimension {
-        1 => polygonize::roots(&field, &options, monitor)
-            .map(|found| (Value::numbers(found.roots), found.statistics)),
-        2 => polygonize::contours(&field, &options, monitor).map(|found| {
-            let set = CurveSet {
-                curves: found.curves,
-                method: "squares",
-                statistics: found.statistics,
-            };
-            (Value::Curves(Rc::new(set)), found.statistics)
-        }),
-        _ => polygonize::surface(&field, &options, monitor).map(|found| {
-            let set = MeshSet::new(found.mesh, "cubes", found.statistics);
-            (Value::Mesh(Rc::new(set)), found.statistics)
-        }),
+    let found = polygonize::polygonize(&field, &options, monitor)
+        .map_err(|error| polygonize_failure(error, arguments))?;
+    warn_about_mesh(session, arguments, &found.statistics, &options);
+    Ok(value_of(found))
+}
+
+/// The polygonizer that is asked for, if one is.
+fn method_argument(arguments: &Arguments) -> Outcome<Option<Method>> {
+    let Some(name) = arguments.text("method")? else {
+        return Ok(None);
+    };
+    match Method::named(&name) {
+        Some(method) => Ok(Some(method)),
+        None => {
+            let names = Method::TABLE.iter();
+            let names: Vec<String> = names.map(|(_, name, _)| format!("\"{name}\"")).collect();
+            let message = format!(
+                "there is no polygonizer `{name}`; there are {}",
+                names.join(", ")
+            );
+            Err(arguments.bad("method", message))
+        }
     }
-    .map_err(|error| polygonize_failure(error, arguments))?;
-    warn_about_mesh(session, arguments, &statistics, &options);
-    Ok(value)
+}
+
+/// What scripts see of a level set.
+fn value_of(found: Polygonized) -> Value {
+    let (method, statistics) = (found.method.name(), found.statistics);
+    match found.shape {
+        Shape::Roots(roots) => Value::numbers(roots),
+        Shape::Curves(curves) => Value::Curves(Rc::new(CurveSet {
+            curves,
+            method,
+            statistics,
+        })),
+        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, statistics))),
+    }
 }
 
 fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diagnostic> {
@@ -235,6 +248,7 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
         PolygonizeError::WrongDimension { .. } => {
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
+        PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
         PolygonizeError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
     }
 }

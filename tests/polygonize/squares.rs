@@ -1,13 +1,20 @@
 //! Plane curves.
 
-mod polygonize_support;
-
 use std::f64::consts::PI;
 
+use crate::support::{self, Closure, Made, cube};
 use glam::DVec3;
-use imp::engine::{Field, Silent};
-use imp::polygonize::{Contours, Options, PolygonizeError, contours};
-use polygonize_support::{Closure, cube};
+use imp::engine::{Field, Monitor, Silent};
+use imp::geometry::Curves;
+use imp::polygonize::{Method, Options, PolygonizeError};
+
+fn contours(
+    field: &dyn Field,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Made<Curves>, PolygonizeError> {
+    support::curves(field, (Method::Squares, options), monitor)
+}
 
 /// A field in R2.
 fn plane(
@@ -39,7 +46,7 @@ fn cassini(b: f64) -> impl Field {
     })
 }
 
-fn run(field: &dyn Field, low: f64, high: f64, cells: usize, cap: bool) -> Contours {
+fn run(field: &dyn Field, low: f64, high: f64, cells: usize, cap: bool) -> Made<Curves> {
     let options = Options {
         cell: (high - low) / cells as f64,
         cap,
@@ -49,21 +56,21 @@ fn run(field: &dyn Field, low: f64, high: f64, cells: usize, cap: bool) -> Conto
 }
 
 /// The signed areas of all polylines together.
-fn area(contours: &Contours) -> f64 {
-    let polylines = contours.curves.polylines.iter();
+fn area(contours: &Made<Curves>) -> f64 {
+    let polylines = contours.shape.polylines.iter();
     polylines.map(|polyline| polyline.signed_area()).sum()
 }
 
 #[test]
 fn a_circle_is_one_closed_counter_clockwise_polyline() {
     let found = run(&circle(), -1.3, 1.3, 64, false);
-    assert_eq!(found.curves.polylines.len(), 1);
-    assert!(found.curves.polylines[0].closed);
+    assert_eq!(found.shape.polylines.len(), 1);
+    assert!(found.shape.polylines[0].closed);
     assert!(!found.statistics.cut_by_box);
     // Inscribed polygon with sides of at most 1.5 cells: relative error below (1.5 h)² / 24.
-    assert!((found.curves.length() / (2.0 * PI) - 1.0).abs() < 2e-4);
+    assert!((found.shape.length() / (2.0 * PI) - 1.0).abs() < 2e-4);
     assert!((area(&found) / PI - 1.0).abs() < 4e-4);
-    for point in &found.curves.polylines[0].points {
+    for point in &found.shape.polylines[0].points {
         assert!((point.length() - 1.0).abs() <= 1e-9 * 2.6 * 1.5);
     }
 }
@@ -73,18 +80,18 @@ fn cassini_ovals_split_and_join() {
     // The lemniscate (b = 1) has length 2ϖ, where ϖ = 2.622057554... is the lemniscate constant
     // for unit half-width; here the half-width is √2, hence 2√2 ϖ = 7.416298709, and area 2.
     let lemniscate = run(&cassini(1.0), -2.0, 2.0, 200, false);
-    assert!((lemniscate.curves.length() / 7.416_298_709 - 1.0).abs() < 1e-3);
+    assert!((lemniscate.shape.length() / 7.416_298_709 - 1.0).abs() < 1e-3);
     assert!((area(&lemniscate) / 2.0 - 1.0).abs() < 1e-3);
 
     let two = run(&cassini(0.9), -2.0, 2.0, 101, false);
-    assert_eq!(two.curves.polylines.len(), 2);
+    assert_eq!(two.shape.polylines.len(), 2);
     let one = run(&cassini(1.1), -2.0, 2.0, 101, false);
-    assert_eq!(one.curves.polylines.len(), 1);
+    assert_eq!(one.shape.polylines.len(), 1);
     assert!(
-        two.curves
+        two.shape
             .polylines
             .iter()
-            .chain(&one.curves.polylines)
+            .chain(&one.shape.polylines)
             .all(|oval| oval.closed)
     );
 }
@@ -93,30 +100,25 @@ fn cassini_ovals_split_and_join() {
 fn the_box_leaves_curves_open_or_caps_them() {
     // The box cuts the disk of radius 1 to the square |x|, |y| ≤ 0.8 with four rounded corners.
     let open = run(&circle(), -0.8, 0.8, 40, false);
-    assert_eq!(open.curves.polylines.len(), 4);
-    assert!(
-        open.curves
-            .polylines
-            .iter()
-            .all(|polyline| !polyline.closed)
-    );
+    assert_eq!(open.shape.polylines.len(), 4);
+    assert!(open.shape.polylines.iter().all(|polyline| !polyline.closed));
     assert!(open.statistics.cut_by_box);
     let arc = 4.0 * (0.8f64.asin() - 0.8f64.acos());
-    assert!((open.curves.length() / arc - 1.0).abs() < 1e-3);
+    assert!((open.shape.length() / arc - 1.0).abs() < 1e-3);
 
     let capped = run(&circle(), -0.8, 0.8, 40, true);
-    assert_eq!(capped.curves.polylines.len(), 1);
-    assert!(capped.curves.polylines[0].closed);
+    assert_eq!(capped.shape.polylines.len(), 1);
+    assert!(capped.shape.polylines[0].closed);
     assert!(capped.statistics.cut_by_box);
     assert_eq!(capped.statistics.poor_roots, 0);
     // Four sides of 2 · 0.6 in all and the arcs; the area by integration in the first quadrant.
-    assert!((capped.curves.length() / (arc + 4.0 * 1.2) - 1.0).abs() < 1e-3);
+    assert!((capped.shape.length() / (arc + 4.0 * 1.2) - 1.0).abs() < 1e-3);
     let segment = |x: f64| 0.5 * (x * (1.0 - x * x).sqrt() + x.asin());
     let quarter = 0.6 * 0.8 + segment(0.8) - segment(0.6);
     assert!((area(&capped) / (4.0 * quarter) - 1.0).abs() < 1e-3);
     let bounds = cube(2, -0.8, 0.8);
     assert!(
-        capped.curves.polylines[0]
+        capped.shape.polylines[0]
             .points
             .iter()
             .all(|&point| bounds.contains(point))
@@ -128,10 +130,10 @@ fn a_level_through_grid_points_makes_no_repeated_points() {
     // |x| + |y| = 1 and a grid with all its corners and many points on the sides.
     let diamond = plane(|x, y| (x.abs() + y.abs() - 1.0, [x.signum(), y.signum()]));
     let found = run(&diamond, -2.0, 2.0, 16, false);
-    assert_eq!(found.curves.polylines.len(), 1);
-    let points = &found.curves.polylines[0].points;
+    assert_eq!(found.shape.polylines.len(), 1);
+    let points = &found.shape.polylines[0].points;
     assert_eq!(points.len(), 16);
-    assert_eq!(found.curves.length(), 4.0 * std::f64::consts::SQRT_2);
+    assert_eq!(found.shape.length(), 4.0 * std::f64::consts::SQRT_2);
     assert_eq!(area(&found), 2.0);
 }
 
@@ -140,9 +142,9 @@ fn inside_corners_across_a_diagonal_are_separated() {
     // The saddle xy on one square: inside at two opposite corners.
     let saddle = plane(|x, y| (x * y + 0.01, [y, x]));
     let found = run(&saddle, -1.0, 1.0, 1, false);
-    assert_eq!(found.curves.polylines.len(), 2);
+    assert_eq!(found.shape.polylines.len(), 2);
     // Each segment has its inside corner, (1, −1) or (−1, 1), on the left.
-    for polyline in &found.curves.polylines {
+    for polyline in &found.shape.polylines {
         let (from, to) = (polyline.points[0], polyline.points[1]);
         let corner = if from.x + to.x > 0.0 {
             DVec3::new(1.0, -1.0, 0.0)
@@ -182,13 +184,7 @@ fn many_random_squares_give_closed_disjoint_curves() {
             ..Options::new(cube(2, 0.0, 6.0))
         };
         let found = contours(&field, &options, &Silent).unwrap();
-        assert!(
-            found
-                .curves
-                .polylines
-                .iter()
-                .all(|polyline| polyline.closed)
-        );
+        assert!(found.shape.polylines.iter().all(|polyline| polyline.closed));
         // The solid area by counting: a lone corner within a square takes 1/8, and so on; the
         // sum over squares is what the signed areas must come to.
         let mut expected = 0.0;
@@ -224,8 +220,8 @@ fn undefined_regions_count_as_outside_and_are_counted() {
         }
     });
     let found = run(&field, -1.3, 1.3, 50, false);
-    assert_eq!(found.curves.polylines.len(), 1);
-    assert!(found.curves.polylines[0].closed);
+    assert_eq!(found.shape.polylines.len(), 1);
+    assert!(found.shape.polylines[0].closed);
     assert_eq!(
         found.statistics.nan_points,
         51 * (0..=50)
@@ -259,7 +255,7 @@ fn poles_and_jumps_alone_are_no_curve() {
 
 #[test]
 fn thread_counts_give_the_same_curves() {
-    let results: Vec<Contours> = [1, 2, 4]
+    let results: Vec<Made<Curves>> = [1, 2, 4]
         .into_iter()
         .map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new()

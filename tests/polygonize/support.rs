@@ -1,8 +1,9 @@
 //! Fields given by closures, for the tests of the polygonizers.
 
 use glam::DVec3;
-use imp::engine::Field;
-use imp::geometry::Bounds;
+use imp::engine::{Field, Monitor};
+use imp::geometry::{Bounds, Curves, Mesh};
+use imp::polygonize::{Method, Options, PolygonizeError, Shape, Statistics, polygonize};
 
 /// A field whose closure returns F and F_x at a point.
 pub(crate) struct Closure<F> {
@@ -57,4 +58,54 @@ fn point(columns: &[&[f64]], index: usize) -> DVec3 {
 /// The box with the same side along every axis.
 pub(crate) fn cube(dimension: usize, low: f64, high: f64) -> Bounds {
     Bounds::from_sides(&vec![(low, high); dimension]).unwrap()
+}
+
+/// A level set by one method, as what that method makes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Made<T> {
+    pub(crate) shape: T,
+    pub(crate) statistics: Statistics,
+}
+
+/// What a method makes of a field, taken out of the [`Shape`] by `take`.
+pub(crate) fn made<T>(
+    field: &dyn Field,
+    (method, options): (Method, &Options),
+    monitor: &dyn Monitor,
+    take: impl Fn(Shape) -> Option<T>,
+) -> Result<Made<T>, PolygonizeError> {
+    let options = Options {
+        method: Some(method),
+        ..options.clone()
+    };
+    let found = polygonize(field, &options, monitor)?;
+    assert_eq!(found.method, method);
+    Ok(Made {
+        shape: take(found.shape).expect("the kind of shape of the dimension"),
+        statistics: found.statistics,
+    })
+}
+
+/// The mesh that a method makes.
+pub(crate) fn mesh(
+    field: &dyn Field,
+    (method, options): (Method, &Options),
+    monitor: &dyn Monitor,
+) -> Result<Made<Mesh>, PolygonizeError> {
+    made(field, (method, options), monitor, |shape| match shape {
+        Shape::Mesh(mesh) => Some(mesh),
+        _ => None,
+    })
+}
+
+/// The curves that a method makes.
+pub(crate) fn curves(
+    field: &dyn Field,
+    (method, options): (Method, &Options),
+    monitor: &dyn Monitor,
+) -> Result<Made<Curves>, PolygonizeError> {
+    made(field, (method, options), monitor, |shape| match shape {
+        Shape::Curves(curves) => Some(curves),
+        _ => None,
+    })
 }

@@ -1,13 +1,23 @@
 //! Roots of functions of one variable.
 
-mod polygonize_support;
-
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use crate::support::{self, Closure, Made, cube};
 use glam::DVec3;
-use imp::engine::{Field, Silent};
-use imp::polygonize::{Options, PolygonizeError, Roots, roots};
-use polygonize_support::{Closure, cube};
+use imp::engine::{Field, Monitor, Silent};
+use imp::polygonize::{Method, Options, PolygonizeError, Shape};
+
+fn roots(
+    field: &dyn Field,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Made<Vec<f64>>, PolygonizeError> {
+    let method = (Method::Bracketing, options);
+    support::made(field, method, monitor, |shape| match shape {
+        Shape::Roots(roots) => Some(roots),
+        _ => None,
+    })
+}
 
 /// A field in R1, from a closure that returns F and its derivative.
 fn line(
@@ -23,7 +33,12 @@ fn line(
 }
 
 /// The roots in an interval on a grid with this many cells.
-fn find(field: &dyn Field, low: f64, high: f64, cells: usize) -> Result<Roots, PolygonizeError> {
+fn find(
+    field: &dyn Field,
+    low: f64,
+    high: f64,
+    cells: usize,
+) -> Result<Made<Vec<f64>>, PolygonizeError> {
     let options = Options {
         cell: (high - low) / cells as f64,
         ..Options::new(cube(1, low, high))
@@ -34,8 +49,8 @@ fn find(field: &dyn Field, low: f64, high: f64, cells: usize) -> Result<Roots, P
 /// Asserts that the roots are these to the default tolerance.
 fn assert_roots(field: &dyn Field, (low, high): (f64, f64), cells: usize, expected: &[f64]) {
     let found = find(field, low, high, cells).unwrap();
-    assert_eq!(found.roots.len(), expected.len(), "{:?}", found.roots);
-    for (root, expected) in found.roots.iter().zip(expected) {
+    assert_eq!(found.shape.len(), expected.len(), "{:?}", found.shape);
+    for (root, expected) in found.shape.iter().zip(expected) {
         let error = (root - expected).abs();
         assert!(error <= 1e-9 * (high - low), "{root} instead of {expected}");
     }
@@ -67,7 +82,7 @@ fn roots_at_grid_points_and_at_the_ends_are_found_once_and_exactly() {
     let cubic = line(|x| (x * (x - 1.0) * (x + 1.0), 3.0 * x * x - 1.0));
     for cells in [2, 4, 8, 64] {
         let found = find(&cubic, -1.0, 1.0, cells).unwrap();
-        assert_eq!(found.roots, [-1.0, 0.0, 1.0]);
+        assert_eq!(found.shape, [-1.0, 0.0, 1.0]);
         assert!(found.statistics.cut_by_box);
     }
 }
@@ -97,8 +112,8 @@ fn a_flat_root_is_found_to_the_tolerance_of_its_residual() {
     // |F| / |F'| = |x - 0.3| / 5, so the root may be off by five times the tolerance.
     let quintic = line(|x| ((x - 0.3).powi(5), 5.0 * (x - 0.3).powi(4)));
     let found = find(&quintic, -1.0, 1.0, 3).unwrap();
-    assert_eq!(found.roots.len(), 1);
-    assert!((found.roots[0] - 0.3).abs() <= 5.0 * 2e-9);
+    assert_eq!(found.shape.len(), 1);
+    assert!((found.shape[0] - 0.3).abs() <= 5.0 * 2e-9);
 }
 
 #[test]
@@ -119,8 +134,8 @@ fn a_level_other_than_zero_is_a_shifted_field() {
         ..Options::new(cube(1, 0.0, 2.0))
     };
     let found = roots(&square, &options, &Silent).unwrap();
-    assert_eq!(found.roots.len(), 1);
-    assert!((found.roots[0] - std::f64::consts::SQRT_2).abs() < 2e-9);
+    assert_eq!(found.shape.len(), 1);
+    assert!((found.shape[0] - std::f64::consts::SQRT_2).abs() < 2e-9);
 }
 
 #[test]
@@ -146,7 +161,7 @@ fn poles_jumps_and_ends_of_the_domain_are_counted_and_are_no_roots() {
             }
             if !field.value_gradient(DVec3::NEG_X).0.is_nan() {
                 let found = find(&both, -1.0, 1.0, cells).unwrap();
-                assert!((found.roots[0] + 0.5).abs() < 1e-8);
+                assert!((found.shape[0] + 0.5).abs() < 1e-8);
                 assert_eq!(found.statistics.poor_roots, 1);
             }
         }
@@ -177,9 +192,9 @@ fn poles_at_grid_points_are_no_roots() {
     let tangent = line(|x| (x.tan(), 1.0 + x.tan().powi(2)));
     let pole = std::f64::consts::FRAC_PI_2;
     let found = find(&tangent, pole - 2.0, pole + 2.0, 64).unwrap();
-    assert_eq!(found.roots.len(), 2);
-    assert!(found.roots[0].abs() < 1e-14);
-    assert!((found.roots[1] - 2.0 * pole).abs() < 1e-14);
+    assert_eq!(found.shape.len(), 2);
+    assert!(found.shape[0].abs() < 1e-14);
+    assert!((found.shape[1] - 2.0 * pole).abs() < 1e-14);
     assert_eq!(found.statistics.good_roots, 2);
     assert_eq!(found.statistics.poor_roots, 1);
     assert_eq!(found.statistics.domain_ends, 0);
@@ -212,13 +227,13 @@ fn the_end_of_the_domain_is_a_root_only_if_the_field_tends_to_the_level() {
                 );
             }
             let found = run(&above).unwrap();
-            assert_eq!(found.roots.len(), 1, "{:?}", found.roots);
-            assert!((found.roots[0] - 0.25).abs() < 10.0 * tolerance);
+            assert_eq!(found.shape.len(), 1, "{:?}", found.shape);
+            assert!((found.shape[0] - 0.25).abs() < 10.0 * tolerance);
             let statistics = found.statistics;
             assert_eq!((statistics.poor_roots, statistics.domain_ends), (1, 1));
             let found = run(&tending).unwrap();
-            assert_eq!(found.roots.len(), 1, "{:?}", found.roots);
-            assert!(found.roots[0].abs() < 10.0 * tolerance);
+            assert_eq!(found.shape.len(), 1, "{:?}", found.shape);
+            assert!(found.shape[0].abs() < 10.0 * tolerance);
             assert_eq!(found.statistics.poor_roots, 0);
         }
     }
@@ -232,8 +247,8 @@ fn the_second_of_three_roots_and_rounding_at_grid_points_are_no_poles() {
         (100.0 * y * (y * y - 0.01), 100.0 * (3.0 * y * y - 0.01))
     });
     let found = find(&cubic, -0.6, 1.4, 1).unwrap();
-    assert_eq!(found.roots.len(), 1);
-    let distances = [0.3, 0.4, 0.5].map(|root: f64| (found.roots[0] - root).abs());
+    assert_eq!(found.shape.len(), 1);
+    let distances = [0.3, 0.4, 0.5].map(|root: f64| (found.shape[0] - root).abs());
     assert!(distances.into_iter().any(|distance| distance < 1e-14));
     assert_eq!(found.statistics.poor_roots, 0);
     // All grid points are roots up to rounding, so that the signs there are arbitrary.
@@ -243,7 +258,7 @@ fn the_second_of_three_roots_and_rounding_at_grid_points_are_no_poles() {
     });
     let found = find(&sine, -3.0, 5.0, 16).unwrap();
     assert_eq!(found.statistics.poor_roots, 0);
-    for root in found.roots {
+    for root in found.shape {
         assert!((4.0 * root - (4.0 * root).round()).abs() < 1e-14, "{root}");
     }
 }
@@ -287,7 +302,7 @@ fn options_that_make_no_sense_are_refused() {
     let field = line(|x| (x, 1.0));
     let good = Options::new(cube(1, -1.0, 1.0));
     let bad = |change: fn(&mut Options)| {
-        let mut options = good;
+        let mut options = good.clone();
         change(&mut options);
         roots(&field, &options, &Silent).unwrap_err()
     };

@@ -1,14 +1,20 @@
 //! Surfaces with known topology and measures.
 
-mod polygonize_support;
-
 use std::f64::consts::PI;
 
+use crate::support::{self, Closure, Made, cube};
 use glam::DVec3;
 use imp::engine::{Field, Monitor, Silent};
-use imp::geometry::Topology;
-use imp::polygonize::{Options, PolygonizeError, Surface, surface};
-use polygonize_support::{Closure, cube};
+use imp::geometry::{Mesh, Topology};
+use imp::polygonize::{Method, Options, PolygonizeError};
+
+fn surface(
+    field: &dyn Field,
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Made<Mesh>, PolygonizeError> {
+    support::mesh(field, (Method::Cubes, options), monitor)
+}
 
 /// A field in R3, from a closure that returns F and F_x.
 fn space<F: Fn(DVec3) -> (f64, DVec3) + Send + Sync>(function: F) -> Closure<F> {
@@ -75,7 +81,7 @@ fn orthocircles() -> impl Field {
 }
 
 /// The surface over `low..high` in every axis with this many cells along each.
-fn run(field: &dyn Field, (low, high): (f64, f64), cells: usize, cap: bool) -> Surface {
+fn run(field: &dyn Field, (low, high): (f64, f64), cells: usize, cap: bool) -> Made<Mesh> {
     let options = Options {
         cell: (high - low) / cells as f64,
         cap,
@@ -85,14 +91,14 @@ fn run(field: &dyn Field, (low, high): (f64, f64), cells: usize, cap: bool) -> S
 }
 
 /// The topology, after checks that hold for every closed surface.
-fn closed(found: &Surface) -> Topology {
-    let topology = found.mesh.topology();
+fn closed(found: &Made<Mesh>) -> Topology {
+    let topology = found.shape.topology();
     assert!(
         topology.watertight && topology.manifold && topology.oriented,
         "{topology:?}"
     );
     assert_eq!(found.statistics.poor_roots, 0);
-    assert_eq!(found.mesh.normals.len(), found.mesh.positions.len());
+    assert_eq!(found.shape.normals.len(), found.shape.positions.len());
     topology
 }
 
@@ -107,11 +113,11 @@ fn assert_relative(found: f64, expected: f64, tolerance: f64) {
 fn a_sphere_has_its_area_and_volume_and_outward_normals() {
     let found = run(&sphere(), (-1.3, 1.3), 64, false);
     assert_eq!(closed(&found).genus(), Some(0));
-    assert_eq!(found.mesh.components(), 1);
-    assert_relative(found.mesh.area(), 4.0 * PI, 1e-3);
-    assert_relative(found.mesh.volume(), 4.0 * PI / 3.0, 1e-3);
+    assert_eq!(found.shape.components(), 1);
+    assert_relative(found.shape.area(), 4.0 * PI, 1e-3);
+    assert_relative(found.shape.volume(), 4.0 * PI / 3.0, 1e-3);
     let diagonal = 2.6 * 3f64.sqrt();
-    for (position, normal) in found.mesh.positions.iter().zip(&found.mesh.normals) {
+    for (position, normal) in found.shape.positions.iter().zip(&found.shape.normals) {
         assert!((position.length() - 1.0).abs() <= 2e-9 * diagonal);
         assert!(position.distance(*normal) <= 2e-9 * diagonal);
     }
@@ -124,8 +130,8 @@ fn a_sphere_has_its_area_and_volume_and_outward_normals() {
 fn a_torus_has_one_handle() {
     let found = run(&torus(), (-1.6, 1.6), 64, false);
     assert_eq!(closed(&found).genus(), Some(1));
-    assert_relative(found.mesh.area(), 4.0 * PI * PI * 0.4, 2e-3);
-    assert_relative(found.mesh.volume(), 2.0 * PI * PI * 0.16, 3e-3);
+    assert_relative(found.shape.area(), 4.0 * PI * PI * 0.4, 2e-3);
+    assert_relative(found.shape.volume(), 2.0 * PI * PI * 0.16, 3e-3);
 }
 
 #[test]
@@ -133,9 +139,9 @@ fn orthocircles_have_seven_handles() {
     // The tubes are thin: the measures need 128 cells to come within 0.5 %.
     let found = run(&orthocircles(), (-1.4, 1.4), 128, false);
     assert_eq!(closed(&found).genus(), Some(7));
-    assert_eq!(found.mesh.components(), 1);
-    assert_relative(found.mesh.area(), 18.983, 5e-3);
-    assert_relative(found.mesh.volume(), 1.7731, 5e-3);
+    assert_eq!(found.shape.components(), 1);
+    assert_relative(found.shape.area(), 18.983, 5e-3);
+    assert_relative(found.shape.volume(), 1.7731, 5e-3);
 }
 
 #[test]
@@ -150,8 +156,8 @@ fn the_tanglecube_passes_through_its_topologies() {
     // The measures come within 0.1 % at 128 cells.
     let found = run(&tanglecube(11.8), (-2.8, 2.8), 128, false);
     assert_eq!(closed(&found).genus(), Some(5));
-    assert_relative(found.mesh.area(), 100.941, 1e-3);
-    assert_relative(found.mesh.volume(), 29.944, 1e-3);
+    assert_relative(found.shape.area(), 100.941, 1e-3);
+    assert_relative(found.shape.volume(), 29.944, 1e-3);
 }
 
 #[test]
@@ -189,11 +195,11 @@ fn a_capped_gyroid_is_closed() {
         assert_eq!(topology.genus(), Some(2));
         assert_eq!(topology.components, 1);
         assert!(found.statistics.cut_by_box);
-        assert_relative(found.mesh.volume(), 124.025, 2e-3);
+        assert_relative(found.shape.volume(), 124.025, 2e-3);
         let bounds = cube(3, -PI, PI);
         assert!(
             found
-                .mesh
+                .shape
                 .positions
                 .iter()
                 .all(|&position| bounds.contains(position))
@@ -204,7 +210,7 @@ fn a_capped_gyroid_is_closed() {
 #[test]
 fn without_a_cap_the_gyroid_is_open_along_the_box_only() {
     let found = run(&gyroid(), (-PI, PI), 32, false);
-    let topology = found.mesh.topology();
+    let topology = found.shape.topology();
     assert!(topology.manifold && topology.oriented && !topology.watertight);
     assert!(found.statistics.cut_by_box);
 }
@@ -217,10 +223,10 @@ fn a_capped_ball_has_its_volume_and_area_and_its_caps_lie_in_the_box() {
     assert_eq!(closed(&found).genus(), Some(0));
     let volume = 4.0 * PI / 3.0 - 6.0 * PI * 0.01 * (3.0 - 0.1) / 3.0;
     let area = 4.0 * PI - 6.0 * 2.0 * PI * 0.1 + 6.0 * PI * 0.19;
-    assert_relative(found.mesh.volume(), volume, 1e-3);
-    assert_relative(found.mesh.area(), area, 1e-3);
+    assert_relative(found.shape.volume(), volume, 1e-3);
+    assert_relative(found.shape.area(), area, 1e-3);
     // Cap vertices have the normal of their side, the others that of the sphere.
-    for (position, normal) in found.mesh.positions.iter().zip(&found.mesh.normals) {
+    for (position, normal) in found.shape.positions.iter().zip(&found.shape.normals) {
         if (position.length() - 1.0).abs() > 1e-6 {
             let side = position.abs().max_position();
             assert_eq!(position[side].abs(), 0.9);
@@ -238,7 +244,7 @@ fn caps_meet_at_the_edges_and_corners_of_the_box_without_slivers() {
     });
     let found = run(&field, (-1.0, 1.0), 24, true);
     assert_eq!(closed(&found).genus(), Some(0));
-    assert_relative(found.mesh.volume(), 8.0 - 4.0 * PI / 3.0 / 8.0, 1e-3);
+    assert_relative(found.shape.volume(), 8.0 - 4.0 * PI / 3.0 / 8.0, 1e-3);
     // And the complement: eight eighths of a ball.
     let field = space(|p| {
         let inner = p.abs() - DVec3::ONE;
@@ -246,8 +252,8 @@ fn caps_meet_at_the_edges_and_corners_of_the_box_without_slivers() {
     });
     let corners = run(&field, (-1.0, 1.0), 48, true);
     assert_eq!(closed(&corners).components, 8);
-    assert_relative(corners.mesh.volume(), 4.0 * PI / 3.0 / 8.0, 5e-3);
-    for mesh in [&found.mesh, &corners.mesh] {
+    assert_relative(corners.shape.volume(), 4.0 * PI / 3.0 / 8.0, 5e-3);
+    for mesh in [&found.shape, &corners.shape] {
         let mut sides = mesh
             .triangles
             .iter()
@@ -273,18 +279,18 @@ fn planes_through_grid_points_are_without_slivers() {
             let capped = run(&plane, (-1.0, 1.0), cells, true);
             closed(&capped);
             // Every plane through the centre halves the box.
-            assert_relative(capped.mesh.volume(), 4.0, 1e-12);
+            assert_relative(capped.shape.volume(), 4.0, 1e-12);
             let open = run(&plane, (-1.0, 1.0), cells, false);
-            let topology = open.mesh.topology();
+            let topology = open.shape.topology();
             assert!(topology.manifold && topology.oriented);
             assert_eq!((topology.components, topology.boundary_loops), (1, 1));
-            let mut positions = open.mesh.positions.iter();
+            let mut positions = open.shape.positions.iter();
             assert!(positions.all(|position| position.dot(normal).abs() <= rounding));
             let area = |&[a, b, c]: &[u32; 3]| {
-                let [a, b, c] = [a, b, c].map(|vertex| open.mesh.positions[vertex as usize]);
+                let [a, b, c] = [a, b, c].map(|vertex| open.shape.positions[vertex as usize]);
                 0.5 * (b - a).cross(c - a).dot(normal.normalize())
             };
-            let mut areas = open.mesh.triangles.iter().map(area);
+            let mut areas = open.shape.triangles.iter().map(area);
             assert!(
                 areas.all(|area| area > 1e-3),
                 "{cells} cells, normal {normal}"
@@ -298,12 +304,12 @@ fn crossing_planes_become_a_manifold() {
     let planes = space(|p| (p.x * p.y, DVec3::new(p.y, p.x, 0.0)));
     for cells in [8, 9] {
         let found = run(&planes, (-1.0, 1.0), cells, true);
-        let topology = found.mesh.topology();
+        let topology = found.shape.topology();
         assert!(topology.watertight && topology.manifold && topology.oriented);
         // Two of the four quarters of the box, apart along the z axis, up to a cell's half.
         assert_eq!(topology.components, 2);
         let cell = 2.0 / cells as f64;
-        assert!((found.mesh.volume() - 4.0).abs() <= 2.0 * cell * cell);
+        assert!((found.shape.volume() - 4.0).abs() <= 2.0 * cell * cell);
     }
 }
 
@@ -333,13 +339,13 @@ fn poles_jumps_and_undefined_regions_are_counted_and_still_closed() {
             }
         });
         let found = run(&hollow, (-1.3, 1.3), 24, false);
-        let topology = found.mesh.topology();
+        let topology = found.shape.topology();
         assert!(topology.watertight && topology.manifold && topology.oriented);
         assert_eq!(topology.components, 2);
         assert_eq!(topology.euler_characteristic(), 4);
         let is_at =
             |radius: f64| move |position: &&DVec3| (position.length() - radius).abs() < 1e-6;
-        let positions = &found.mesh.positions;
+        let positions = &found.shape.positions;
         let statistics = found.statistics;
         let poor = positions.iter().filter(is_at(1.0)).count();
         assert_eq!(statistics.poor_roots, poor);
@@ -395,9 +401,9 @@ fn the_end_of_the_domain_bounds_the_solid() {
     let field = space(|p| (p.x.sqrt() - 0.5, DVec3::new(0.5 / p.x.sqrt(), 0.0, 0.0)));
     for cells in [15, 16] {
         let found = run(&field, (-1.0, 1.0), cells, true);
-        let topology = found.mesh.topology();
+        let topology = found.shape.topology();
         assert!(topology.watertight && topology.manifold && topology.oriented);
-        assert_relative(found.mesh.volume(), 1.0, 1e-6);
+        assert_relative(found.shape.volume(), 1.0, 1e-6);
         let statistics = found.statistics;
         let points = (cells + 1) * (cells + 1);
         assert_eq!(statistics.good_roots, points);
@@ -449,7 +455,7 @@ fn steep_fields_have_exact_vertices() {
     closed(&found);
     assert!(
         found
-            .mesh
+            .shape
             .positions
             .iter()
             .all(|p| (p.length() - 1.0).abs() < 1e-8)
@@ -462,7 +468,7 @@ fn steep_fields_have_exact_vertices() {
     let found = run(&rounded_cube, (-1.5, 1.5), 20, false);
     closed(&found);
     // The mesh of a convex body lies inside it, its vertices on its surface.
-    assert!(found.mesh.volume() < 8.0 && found.mesh.volume() > 7.5);
+    assert!(found.shape.volume() < 8.0 && found.shape.volume() > 7.5);
     assert!(found.statistics.max_residual <= 1e-9 * 3.0 * 3f64.sqrt());
 }
 
@@ -475,7 +481,7 @@ fn levels_are_surfaces_of_the_shifted_field() {
         ..Options::new(cube(3, -1.0, 1.0))
     };
     let found = surface(&distance, &options, &Silent).unwrap();
-    assert_relative(found.mesh.volume(), 4.0 * PI / 3.0 * 0.75f64.powi(3), 3e-3);
+    assert_relative(found.shape.volume(), 4.0 * PI / 3.0 * 0.75f64.powi(3), 3e-3);
 }
 
 /// A trilinear field with a random sign at each of `points`³ grid points.
@@ -530,17 +536,17 @@ fn random_grids_give_closed_manifolds() {
             Ok(found) => found,
             Err(error) => panic!("seed {seed}: {error}"),
         };
-        let topology = found.mesh.topology();
+        let topology = found.shape.topology();
         assert!(
             topology.watertight && topology.manifold && topology.oriented,
             "seed {seed}"
         );
         let mut sides = found
-            .mesh
+            .shape
             .triangles
             .iter()
             .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
-        let positions = &found.mesh.positions;
+        let positions = &found.shape.positions;
         assert!(
             sides.all(|(a, b)| positions[a as usize] != positions[b as usize]),
             "seed {seed}"
@@ -572,14 +578,14 @@ fn flat_and_long_boxes_have_any_number_of_slabs() {
         assert_eq!(closed(&found).genus(), Some(0));
         assert_eq!(found.statistics.cells, 900);
         // An octagon in the unit circle, the same all along.
-        let slice = found.mesh.volume() / 80.0;
+        let slice = found.shape.volume() / 80.0;
         assert!(slice > 2.0 && slice < PI, "{slice}");
     }
 }
 
 #[test]
 fn thread_counts_give_the_same_mesh() {
-    let results: Vec<Surface> = [1, 2, 4]
+    let results: Vec<Made<Mesh>> = [1, 2, 4]
         .into_iter()
         .map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new()

@@ -1,0 +1,98 @@
+//! Why there is no result.
+
+use thiserror::Error;
+
+use super::grid::Seen;
+use super::{Method, Options};
+use crate::geometry::Bounds;
+
+/// Why there is no result.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum PolygonizeError {
+    /// The grid shows no zero of F: it is either below the level everywhere or nowhere, or all
+    /// changes of sign are poles, jumps or ends of the domain.
+    #[error("{}", no_level(*iso, *below, *above, *undefined))]
+    NoSurface {
+        /// The box.
+        bounds: Bounds,
+        /// The level.
+        iso: f64,
+        /// Grid points with F < iso.
+        below: usize,
+        /// Grid points with F ≥ iso.
+        above: usize,
+        /// Grid points at which F is NaN.
+        undefined: usize,
+    },
+    /// The grid would have more cells than allowed.
+    #[error("the grid needs {needed:.3e} cells, more than the limit of {limit}")]
+    TooManyCells {
+        /// Cells.
+        needed: f64,
+        /// The limit.
+        limit: usize,
+    },
+    /// The level set has more vertices than a mesh can number.
+    #[error("the level set has {vertices} vertices, more than a mesh can number")]
+    TooManyVertices {
+        /// Vertices.
+        vertices: usize,
+    },
+    /// An option makes no sense.
+    #[error("{option} must {demand}, not {value}")]
+    BadOption {
+        /// The name of the option, that of the field of [`Options`].
+        option: &'static str,
+        /// What it must do, such as "be positive".
+        demand: &'static str,
+        /// What it is.
+        value: f64,
+    },
+    /// The dimensions do not fit.
+    #[error("a field in R{field} does not fit a box in R{bounds}")]
+    WrongDimension {
+        /// The dimension of the field.
+        field: usize,
+        /// The dimension of the box.
+        bounds: usize,
+    },
+    /// The method makes something of fields of another dimension.
+    #[error("\"{}\" polygonizes fields in {}, not in R{dimension}", method.name(), method.spaces())]
+    WrongMethod {
+        /// The method.
+        method: Method,
+        /// The dimension of the field.
+        dimension: usize,
+    },
+    /// The monitor asked for an end.
+    #[error("cancelled")]
+    Cancelled,
+}
+
+/// What was seen instead of the level, in words.
+fn no_level(iso: f64, below: usize, above: usize, undefined: usize) -> String {
+    let points = below + above + undefined;
+    let kinds = [
+        (below, format!("F < {iso}")),
+        (above, format!("F ≥ {iso}")),
+        (undefined, "F is undefined".to_owned()),
+    ];
+    let part = |(count, what): (usize, String)| match count {
+        0 => None,
+        _ if count == points => Some(format!("{what} at all {points} grid points")),
+        _ => Some(format!("{what} at {count} of {points} grid points")),
+    };
+    let parts: Vec<String> = kinds.into_iter().filter_map(part).collect();
+    format!("no point with F = {iso} in the box: {}", parts.join(", "))
+}
+
+/// The error that says what was seen instead of a zero.
+pub(super) fn no_surface(options: &Options, seen: Seen) -> PolygonizeError {
+    PolygonizeError::NoSurface {
+        bounds: options.bounds,
+        iso: options.iso,
+        below: seen.inside,
+        above: seen.outside,
+        undefined: seen.nan,
+    }
+}

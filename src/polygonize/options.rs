@@ -1,0 +1,143 @@
+//! How to polygonize: the methods, and what can be asked of all of them.
+
+use super::PolygonizeError;
+use crate::geometry::Bounds;
+
+/// How a level set is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// R1: signs at the ends of equal cells (Hoff).
+    Bracketing,
+    /// R2: marching squares.
+    Squares,
+    /// R3: marching cubes.
+    Cubes,
+}
+
+impl Method {
+    /// All methods with their names and the dimensions they are for.
+    pub const TABLE: &'static [(Method, &'static str, &'static [usize])] = &[
+        (Method::Bracketing, "bracketing", &[1]),
+        (Method::Squares, "squares", &[2]),
+        (Method::Cubes, "cubes", &[3]),
+    ];
+
+    /// The method that is taken in so many dimensions if none is asked for.
+    pub fn usual(dimension: usize) -> Method {
+        match dimension {
+            1 => Method::Bracketing,
+            2 => Method::Squares,
+            _ => Method::Cubes,
+        }
+    }
+
+    /// The method of a name.
+    pub fn named(name: &str) -> Option<Method> {
+        let entry = Method::TABLE.iter().find(|(_, own, _)| *own == name)?;
+        Some(entry.0)
+    }
+
+    /// Its name in scripts and files.
+    pub fn name(self) -> &'static str {
+        self.entry().map_or("", |(_, name, _)| *name)
+    }
+
+    /// The dimensions of the fields that it is for.
+    pub fn dimensions(self) -> &'static [usize] {
+        self.entry().map_or(&[], |(_, _, dimensions)| *dimensions)
+    }
+
+    /// The same in words, as in "R2 and R3".
+    pub fn spaces(self) -> String {
+        let spaces = self.dimensions().iter();
+        let spaces: Vec<String> = spaces.map(|dimension| format!("R{dimension}")).collect();
+        spaces.join(" and ")
+    }
+
+    fn entry(self) -> Option<&'static (Method, &'static str, &'static [usize])> {
+        Method::TABLE.iter().find(|(method, ..)| *method == self)
+    }
+}
+
+/// How to polygonize.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The method; `None` for that which is usual for the dimension ([`Method::usual`]).
+    pub method: Option<Method>,
+    /// The box in which the level set is sought; of the field's dimension.
+    pub bounds: Bounds,
+    /// The greatest side length of a cell. Each axis is divided into equal cells, as few as
+    /// that allows, so that cells fit the box exactly.
+    pub cell: f64,
+    /// Whether a level set that the box cuts is closed along the box, rather than left open.
+    /// Means nothing in R1.
+    pub cap: bool,
+    /// The level: F = iso.
+    pub iso: f64,
+    /// The greatest |F − iso| / |F_x| at a vertex, relative to the diagonal of the box.
+    pub tolerance: f64,
+    /// The greatest number of cells.
+    pub cell_limit: usize,
+}
+
+impl Options {
+    /// The usual options for a box: 64 cells along its longest side. Roots on a line cost so
+    /// little that they are found to the last digits.
+    pub fn new(bounds: Bounds) -> Self {
+        let tolerance = if bounds.dimension == 1 { 1e-15 } else { 1e-9 };
+        Options {
+            method: None,
+            bounds,
+            cell: default_cell(&bounds),
+            cap: false,
+            iso: 0.0,
+            tolerance,
+            cell_limit: 1 << 30,
+        }
+    }
+}
+
+/// A 64th of the longest side.
+pub fn default_cell(bounds: &Bounds) -> f64 {
+    bounds.size().max_element() / 64.0
+}
+
+/// Whether the numbers among the options make sense.
+pub(super) fn check_options(options: &Options) -> Result<(), PolygonizeError> {
+    let demand = |well: bool, option, demand, value| {
+        if well {
+            Ok(())
+        } else {
+            Err(PolygonizeError::BadOption {
+                option,
+                demand,
+                value,
+            })
+        }
+    };
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    for (low, high) in options.bounds.sides() {
+        let length = high - low;
+        demand(
+            low < high,
+            "bounds",
+            "have sides of positive length",
+            length,
+        )?;
+    }
+    // The square of a longer diagonal overflows, which also is the case for boxes so far from 0
+    // that coordinates do.
+    let diagonal = options.bounds.diagonal();
+    let short = diagonal.is_finite();
+    demand(
+        short,
+        "bounds",
+        "have a diagonal shorter than 1e154",
+        diagonal,
+    )?;
+    let size = "be positive and finite";
+    demand(positive(options.cell), "cell", size, options.cell)?;
+    let tolerance = options.tolerance;
+    demand(positive(tolerance), "tolerance", size, tolerance)?;
+    demand(options.iso.is_finite(), "iso", "be finite", options.iso)
+}

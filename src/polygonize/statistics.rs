@@ -1,0 +1,58 @@
+//! What the work amounted to, whatever the method.
+
+use super::edge_roots::{Kind, Root};
+
+/// What the work amounted to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Statistics {
+    /// Cells of the grid.
+    pub cells: usize,
+    /// Points at which F, or F and F_x, was evaluated.
+    pub evaluations: usize,
+    /// Grid points at which F is NaN.
+    pub nan_points: usize,
+    /// Whether the level set reaches the boundary of the box, so that it is left open or capped
+    /// there; in R1, whether an end of the interval is a root.
+    pub cut_by_box: bool,
+    /// The greatest |F − iso| / |F_x| at a root, poor roots aside.
+    pub max_residual: f64,
+    /// Roots to the tolerance: in R1 those returned, else those on the edges of the grid, caps
+    /// aside.
+    pub good_roots: usize,
+    /// Changes of sign that are no roots to the tolerance: poles, jumps, ends of the domain of F.
+    /// They are vertices of meshes and curves all the same, lest these fall apart.
+    pub poor_roots: usize,
+    /// The poor roots that are ends of the domain: F < iso on one side, F NaN on the other. There
+    /// the solid F < iso ends indeed.
+    pub domain_ends: usize,
+}
+
+impl Statistics {
+    /// What the roots contribute.
+    pub(super) fn of_roots(roots: &[Root]) -> Self {
+        let count = |kind| roots.iter().filter(|root| root.kind == kind).count();
+        let good = roots.iter().filter(|root| !root.is_poor());
+        let domain_ends = count(Kind::DomainEnd);
+        Statistics {
+            max_residual: good.map(|root| root.residual).fold(0.0, f64::max),
+            good_roots: count(Kind::Good),
+            poor_roots: count(Kind::Jump) + domain_ends,
+            domain_ends,
+            ..Statistics::default()
+        }
+    }
+
+    /// The statistics of two parts of the work together.
+    pub(super) fn and(self, other: Self) -> Self {
+        Statistics {
+            cells: self.cells + other.cells,
+            evaluations: self.evaluations + other.evaluations,
+            nan_points: self.nan_points + other.nan_points,
+            cut_by_box: self.cut_by_box || other.cut_by_box,
+            max_residual: self.max_residual.max(other.max_residual),
+            good_roots: self.good_roots + other.good_roots,
+            poor_roots: self.poor_roots + other.poor_roots,
+            domain_ends: self.domain_ends + other.domain_ends,
+        }
+    }
+}
