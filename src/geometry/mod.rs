@@ -18,7 +18,10 @@ mod measure;
 mod neighbours;
 mod predicates;
 mod quality;
+mod quadric;
+mod simplify;
 mod summation;
+mod surgery;
 mod topology;
 
 pub use bounds::Bounds;
@@ -31,6 +34,7 @@ pub use mesh::Mesh;
 pub use neighbours::{Spacing, nearest_distances};
 pub use quality::Quality;
 pub use samples::Samples;
+pub use simplify::{Goal, RefineError, Simplified};
 pub use topology::Topology;
 
 #[cfg(test)]
