@@ -22,7 +22,8 @@ impl Mesh {
         let mut pending = degenerate_edges(self);
         let mut collapsed = 0;
         if !pending.is_empty() {
-            let mut surgery = Surgery::new(std::mem::take(&mut self.triangles), self.positions.len());
+            let mut surgery =
+                Surgery::new(std::mem::take(&mut self.triangles), self.positions.len());
             // Vertices that have become one; the least stands for all.
             let mut merged = DisjointSets::new(self.positions.len() as u32);
             // A collapse may free an edge that could not be collapsed before.

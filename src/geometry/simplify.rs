@@ -44,6 +44,12 @@ pub enum RefineError {
     /// It cannot be measured.
     #[error("the mesh has positions that are not finite")]
     NotFinite,
+    /// Too little length for too much area.
+    #[error("there would be more than 1e8 triangles")]
+    TooManyTriangles,
+    /// Whoever was asked for the surface asked for an end.
+    #[error("cancelled")]
+    Cancelled,
 }
 
 impl Mesh {

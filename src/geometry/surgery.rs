@@ -178,6 +178,42 @@ impl Surgery {
         }
         removed
     }
+
+    /// The triangles with the edge ab.
+    pub(super) fn beside(&self, a: u32, b: u32) -> impl Iterator<Item = u32> + '_ {
+        self.star(a).filter(move |&triangle| self.has(triangle, b))
+    }
+
+    /// The third vertex of a triangle with the edge ab.
+    pub(super) fn opposite(&self, triangle: u32, a: u32, b: u32) -> Option<u32> {
+        let mut vertices = self.corners(triangle).into_iter();
+        vertices.find(|&vertex| vertex != a && vertex != b)
+    }
+
+    /// Divides the edge ab, and the triangles beside it, at a new vertex, whose number is returned.
+    pub(super) fn split(&mut self, a: u32, b: u32) -> u32 {
+        let middle = self.first.len() as u32;
+        self.first.push(NONE);
+        let beside: Vec<u32> = self.beside(a, b).collect();
+        for triangle in beside {
+            let whole = self.corners(triangle);
+            let with_middle_for = |end: u32| whole.map(|v| if v == end { middle } else { v });
+            self.replace(triangle, with_middle_for(b));
+            let new = self.triangles.len() as u32;
+            self.triangles.push(with_middle_for(a));
+            self.removed.push(false);
+            self.next.extend([NONE; 3]);
+            self.link(new);
+        }
+        middle
+    }
+
+    /// Gives a triangle other vertices.
+    pub(super) fn replace(&mut self, triangle: u32, vertices: [u32; 3]) {
+        self.unlink(triangle);
+        self.triangles[triangle as usize] = vertices;
+        self.link(triangle);
+    }
 }
 
 /// The vertices that occur in both lists, ascending.

@@ -157,11 +157,13 @@ pub(super) fn refined(mesh: Mesh) -> Mesh {
     let mut middles = std::collections::BTreeMap::new();
     for [a, b, c] in mesh.triangles {
         let [d, e, f] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
-            *middles.entry((from.min(to), from.max(to))).or_insert_with(|| {
-                let ends = [from, to].map(|vertex| refined.positions[vertex as usize]);
-                refined.positions.push(ends[0].midpoint(ends[1]));
-                refined.positions.len() as u32 - 1
-            })
+            *middles
+                .entry((from.min(to), from.max(to)))
+                .or_insert_with(|| {
+                    let ends = [from, to].map(|vertex| refined.positions[vertex as usize]);
+                    refined.positions.push(ends[0].midpoint(ends[1]));
+                    refined.positions.len() as u32 - 1
+                })
         });
         refined
             .triangles

@@ -12,6 +12,7 @@ mod edge_roots;
 mod error;
 mod grid;
 mod options;
+mod project;
 mod roots;
 mod squares;
 mod statistics;
@@ -25,6 +26,7 @@ use crate::geometry::{Curves, Mesh};
 
 pub use error::PolygonizeError;
 pub use options::{Method, Options, default_cell};
+pub use project::{project, values_at};
 pub use statistics::Statistics;
 
 /// A level set as polygons.
