@@ -42,16 +42,15 @@ assert(norm(m.centroid) < 1e-3)
 #[test]
 fn simplified_meshes_keep_their_topology() {
     holds(
-        "field double(x, y, z) over [-2.3..2.3, -1.3..1.3, -0.6..0.6] = ((x^2*(1 - x^2/4)*4/4 - y^2)^2 + z^2) - 0.02
-let m = polygonize(double, cell = 0.06)
-let genus = m.genus
+        "field double(x, y, z) over -1.3..1.3 = (x^2*(1 - x^2) - y^2)^2 + z^2 - 0.01
+let m = polygonize(double, cell = 0.04)
 for count in [2000, 600] {
     let s = simplify(m, count = count)
     assert(s.triangles <= count and s.triangles > count - 3)
-    assert(s.genus == genus and s.components == m.components and s.watertight and s.manifold)
+    assert(s.genus == 2 and s.components == m.components and s.watertight and s.manifold)
     assert(quality(s).self_intersections == 0)
 }
-field part over -1.5..1.5 = max(max(max(abs(x), abs(y)), abs(z)) - 1, 0.5 - sqrt(x^2 + y^2))
+field part(x, y, z) over -1.5..1.5 = max(max(max(abs(x), abs(y)), abs(z)) - 1, 0.5 - sqrt(x^2 + y^2))
 let p = polygonize(part, cell = 0.1)
 let t = simplify(p, error = 0.004)
 assert(t.triangles < p.triangles/4 and t.genus == 1 and t.watertight and t.manifold)
@@ -76,7 +75,7 @@ assert(q.longest_edge < 0.2)
 let d = deviation(even, torus)
 assert(d.vertex_max < 1e-12 and d.turned == 0)
 # Another level, and the mean length of the given mesh.
-let outer = remesh(polygonize(torus, cell = 0.1, iso = 0.1), torus, iso = 0.1, iterations = 4)
+let outer = remesh(polygonize(torus, cell = 0.1, iso = 0.1, bounds = -1.8..1.8), torus, iso = 0.1, iterations = 4)
 assert(deviation(outer, torus, iso = 0.1).vertex_max < 1e-12)
 let open = polygonize(p -> p.z - 0.2*sin(3*p.x), bounds = [-1..1, -1..1, -1..1], cell = 0.1)
 let patch = remesh(open, p -> p.z - 0.2*sin(3*p.x))

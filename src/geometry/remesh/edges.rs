@@ -114,9 +114,10 @@ impl Work {
     }
 
     fn flip(&mut self, a: u32, b: u32) -> Option<()> {
-        let mut beside = self.surgery.beside(a, b);
-        let (first, second) = (beside.next()?, beside.next()?);
-        drop(beside);
+        let (first, second) = {
+            let mut beside = self.surgery.beside(a, b);
+            (beside.next()?, beside.next()?)
+        };
         let c = self.surgery.opposite(first, a, b)?;
         let d = self.surgery.opposite(second, a, b)?;
         // The first facet runs from a to b, else the roles change.
