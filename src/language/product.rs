@@ -41,9 +41,9 @@ pub struct SampleSet {
 pub struct MeshSet {
     /// The triangles.
     pub mesh: Mesh,
-    /// The polygonizer's name, or what else made it.
+    /// The polygonizer's name, or what else made the mesh.
     pub method: &'static str,
-    /// What the polygonizer tells; absent for what was made from another mesh.
+    /// What the polygonizer tells; absent for what none made.
     pub statistics: Option<polygonize::Statistics>,
     topology: OnceCell<Topology>,
 }
@@ -511,6 +511,11 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
             Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
             Value::Report(_) => {
                 "`quality` measures triangles, `deviation` the distance from a field's surface".into()
+            }
+            Value::Mesh(set) if set.statistics.is_none() => {
+                "some are defined for closed and manifold meshes only, others for what \
+                 `polygonize` makes"
+                    .into()
             }
             _ => "it is only defined for closed and manifold results".into(),
         })

@@ -13,7 +13,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use self::table::{CaseTable, EDGES, TABLE};
+use self::table::{CaseTable, TABLE};
+pub(super) use self::table::{EDGES, FACES, edge_between};
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
 use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
@@ -161,7 +162,7 @@ impl<'a> Slab<'a> {
         (seen, evaluations): (Seen, usize),
         monitor: &dyn Monitor,
     ) -> Piece {
-        let (mut roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
+        let (mut roots, more) = edge_roots::solve(&mut { field }, accuracy, &self.edges, monitor);
         for (vertex, normal) in self.caps {
             roots[vertex].normal = normal;
         }

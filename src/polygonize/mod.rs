@@ -7,7 +7,9 @@
 //! said about the topology holds up to the cell size: what is thinner than a cell may be missed,
 //! and so is a zero without a change of sign, such as that of (x² + y² − 1)².
 
+mod columns;
 mod cubes;
+mod dual;
 mod edge_roots;
 mod error;
 mod grid;
@@ -100,6 +102,7 @@ pub fn polygonize(
         Method::Bracketing => roots::find(&job)?,
         Method::Squares => squares::march(&job)?,
         Method::Cubes => cubes::march(&job)?,
+        Method::Dual => dual::march(&job)?,
     };
     // Of poor roots alone there is no level set.
     if statistics.good_roots == 0 {

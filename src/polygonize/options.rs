@@ -12,6 +12,8 @@ pub enum Method {
     Squares,
     /// R3: marching cubes.
     Cubes,
+    /// R3: manifold dual contouring, which keeps sharp edges.
+    Dual,
 }
 
 impl Method {
@@ -20,6 +22,7 @@ impl Method {
         (Method::Bracketing, "bracketing", &[1]),
         (Method::Squares, "squares", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Dual, "dual", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.

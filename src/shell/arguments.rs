@@ -116,7 +116,7 @@ pub(super) struct Common {
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
-    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes); may be repeated
+    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes, input); may be repeated
     #[arg(long, value_name = "NAME=N", value_parser = limit)]
     pub(super) limit: Vec<Limit>,
     /// Whether messages are coloured

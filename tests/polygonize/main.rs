@@ -2,5 +2,6 @@
 
 mod bracketing;
 mod cubes;
+mod dual;
 mod squares;
 mod support;

@@ -20,7 +20,7 @@
 use std::sync::LazyLock;
 
 /// The cube's edges as (lower corner, axis).
-pub(super) const EDGES: [(usize, usize); 12] = [
+pub(in crate::polygonize) const EDGES: [(usize, usize); 12] = [
     (0, 0),
     (2, 0),
     (4, 0),
@@ -36,7 +36,7 @@ pub(super) const EDGES: [(usize, usize); 12] = [
 ];
 
 /// The corners of the six faces, counter-clockwise seen from outside the cube.
-const FACES: [[usize; 4]; 6] = [
+pub(in crate::polygonize) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
     [0, 1, 5, 4],
@@ -78,7 +78,7 @@ impl CaseTable {
 }
 
 /// The edge between two neighbouring corners.
-fn edge_between(one: usize, other: usize) -> usize {
+pub(in crate::polygonize) fn edge_between(one: usize, other: usize) -> usize {
     let lower = one.min(other);
     let axis = (one ^ other).trailing_zeros() as usize;
     // Leaving out the bit of the axis, which is 0, ranks the lower corner among its like.
