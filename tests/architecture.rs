@@ -10,7 +10,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("graph", &["math"]),
     ("engine", &["graph", "math"]),
-    ("geometry", &[]),
+    ("geometry", &["math"]),
     ("sample", &["engine", "geometry", "graph", "math"]),
     ("motion", &["sample", "engine", "geometry", "math"]),
     ("elastic", &["engine", "geometry"]),
@@ -81,6 +81,7 @@ const KEPT: &[(&str, &str)] = &[
     ("similar", "shell"),
     ("notify", "shell"),
     ("nalgebra", "motion"),
+    ("robust", "geometry"),
 ];
 
 fn sources() -> Vec<(PathBuf, String)> {

@@ -2,12 +2,11 @@
 //! through a grid point: the roots on the grid edges that meet there coincide.
 //!
 //! Such an edge is collapsed if its link allows it, that is, if the result is the same surface
-//! up to homeomorphism; the triangles beside it, which have no area, disappear. Link condition:
-//! T. K. Dey, H. Edelsbrunner, S. Guha, D. V. Nekhayev, "Topology preserving edge contraction",
-//! Publ. Inst. Math. 66 (1999).
+//! up to homeomorphism; the triangles beside it, which have no area, disappear.
 
 use super::Mesh;
 use super::disjoint_sets::DisjointSets;
+use super::surgery::Surgery;
 
 impl Mesh {
     /// Collapses edges between equal positions and drops the vertices that no triangle uses;
@@ -22,11 +21,8 @@ impl Mesh {
     pub fn collapse_degenerate_edges(&mut self) -> usize {
         let edges = degenerate_edges(self);
         let became = self.collapse_edges(edges);
-        became
-            .iter()
-            .zip(0..)
-            .filter(|&(&became, own)| became != own)
-            .count()
+        let own = became.iter().zip(0..);
+        own.filter(|&(&became, own)| became != own).count()
     }
 
     /// Collapses those of these edges that can be without a change of the topology, and drops the
@@ -34,32 +30,33 @@ impl Mesh {
     /// for every vertex that there was the least of those that it has become one with, by the
     /// numbers before.
     pub(crate) fn collapse_edges(&mut self, mut pending: Vec<(u32, u32)>) -> Vec<u32> {
-        let mut collapse = Collapse::new(self, &pending);
-        // A collapse may free an edge that could not be collapsed before.
-        loop {
-            let mut collapsed = false;
-            pending.retain(|&edge| match collapse.attempt(edge) {
-                Attempt::Collapsed => {
+        let count = self.positions.len() as u32;
+        // Vertices that have become one; the least stands for all.
+        let mut merged = DisjointSets::new(count);
+        if !pending.is_empty() {
+            let triangles = std::mem::take(&mut self.triangles);
+            let mut surgery = Surgery::new(triangles, self.positions.len());
+            // A collapse may free an edge that could not be collapsed before.
+            loop {
+                let mut collapsed = false;
+                pending.retain(|&(a, b)| {
+                    let (a, b) = (merged.find(a), merged.find(b));
+                    if a == b || !surgery.link_condition(a, b) {
+                        return a != b;
+                    }
+                    merged.union(a, b);
+                    surgery.collapse(a.min(b), a.max(b));
                     collapsed = true;
                     false
+                });
+                if !collapsed {
+                    break;
                 }
-                Attempt::AlreadyGone => false,
-                Attempt::Refused => true,
-            });
-            if !collapsed {
-                break;
             }
+            self.triangles = surgery.finish();
         }
-        let Collapse {
-            removed,
-            mut merged,
-            ..
-        } = collapse;
-        let vertices = 0..self.positions.len() as u32;
-        let became = vertices.map(|vertex| merged.find(vertex)).collect();
-        retain_where(&mut self.triangles, removed.iter().map(|removed| !removed));
         self.drop_unused_vertices();
-        became
+        (0..count).map(|vertex| merged.find(vertex)).collect()
     }
 
     /// Drops the vertices that no triangle uses, with their normals; the order is kept.
@@ -99,152 +96,6 @@ fn degenerate_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
     edges.sort_unstable();
     edges.dedup();
     edges
-}
-
-/// What became of an edge.
-enum Attempt {
-    Collapsed,
-    AlreadyGone,
-    Refused,
-}
-
-/// The state of the mesh during the collapses.
-struct Collapse<'a> {
-    triangles: &'a mut [[u32; 3]],
-    removed: Vec<bool>,
-    /// Vertices that have become one; the least stands for all.
-    merged: DisjointSets,
-    /// Which star belongs to a vertex; only the ends of degenerate edges have one.
-    star_of_vertex: Vec<u32>,
-    /// The triangles around a vertex; removed ones may linger.
-    stars: Vec<Vec<u32>>,
-}
-
-/// The vertices around a vertex with the number of triangles on the edge to each, ascending.
-type Neighbours = Vec<(u32, u32)>;
-
-impl<'a> Collapse<'a> {
-    fn new(mesh: &'a mut Mesh, edges: &[(u32, u32)]) -> Self {
-        const NO_STAR: u32 = u32::MAX;
-        let mut star_of_vertex = vec![NO_STAR; mesh.positions.len()];
-        let mut stars: Vec<Vec<u32>> = Vec::new();
-        for vertex in edges.iter().flat_map(|&(a, b)| [a, b]) {
-            if star_of_vertex[vertex as usize] == NO_STAR {
-                star_of_vertex[vertex as usize] = stars.len() as u32;
-                stars.push(Vec::new());
-            }
-        }
-        for (triangle, number) in mesh.triangles.iter().zip(0..) {
-            for &vertex in triangle {
-                if let Some(star) = stars.get_mut(star_of_vertex[vertex as usize] as usize) {
-                    star.push(number);
-                }
-            }
-        }
-        Collapse {
-            removed: vec![false; mesh.triangles.len()],
-            merged: DisjointSets::new(mesh.positions.len() as u32),
-            triangles: &mut mesh.triangles,
-            star_of_vertex,
-            stars,
-        }
-    }
-
-    /// Collapses the edge if its link allows it.
-    fn attempt(&mut self, (a, b): (u32, u32)) -> Attempt {
-        let (a, b) = (self.merged.find(a), self.merged.find(b));
-        if a == b {
-            return Attempt::AlreadyGone;
-        }
-        if !self.link_condition(a, b) {
-            return Attempt::Refused;
-        }
-        self.merge(a.min(b), a.max(b));
-        Attempt::Collapsed
-    }
-
-    /// The triangles around a vertex.
-    fn star(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
-        let star = &self.stars[self.star_of_vertex[vertex as usize] as usize];
-        let here = |&triangle: &u32| !self.removed[triangle as usize];
-        star.iter().copied().filter(here)
-    }
-
-    fn has(&self, triangle: u32, vertex: u32) -> bool {
-        self.triangles[triangle as usize].contains(&vertex)
-    }
-
-    /// Whether link(a) ∩ link(b) = link(ab), where a boundary counts as if a further vertex ω
-    /// closed it: then collapsing the edge ab does not change the topology.
-    fn link_condition(&self, a: u32, b: u32) -> bool {
-        let mut opposite: Vec<u32> = self
-            .star(a)
-            .filter(|&triangle| self.has(triangle, b))
-            .flat_map(|triangle| self.triangles[triangle as usize])
-            .filter(|&vertex| vertex != a && vertex != b)
-            .collect();
-        opposite.sort_unstable();
-        let (around_a, around_b) = (self.neighbours(a), self.neighbours(b));
-        if !common(&around_a, &around_b).eq(opposite.iter().copied()) {
-            return false;
-        }
-        let on_boundary = |around: &Neighbours| around.iter().any(|&(_, uses)| uses == 1);
-        match opposite[..] {
-            // ω is in both links but not in that of an inner edge. Edges can be common too: cd
-            // is if a and b are the tips of two triangles on it.
-            [c, d] => {
-                let both_on_boundary = on_boundary(&around_a) && on_boundary(&around_b);
-                let tip = |end| self.star(end).any(|t| self.has(t, c) && self.has(t, d));
-                let both_tips = tip(a) && tip(b);
-                !both_on_boundary && !both_tips
-            }
-            // On the boundary the same edge is cω: common if the triangle stands alone.
-            [c] => !(around_a.contains(&(c, 1)) && around_b.contains(&(c, 1))),
-            _ => false,
-        }
-    }
-
-    fn neighbours(&self, vertex: u32) -> Neighbours {
-        let mut around: Vec<u32> = self
-            .star(vertex)
-            .flat_map(|triangle| self.triangles[triangle as usize])
-            .filter(|&other| other != vertex)
-            .collect();
-        around.sort_unstable();
-        around
-            .chunk_by(|a, b| a == b)
-            .map(|equal| (equal[0], equal.len() as u32))
-            .collect()
-    }
-
-    /// Replaces `gone` by `kept` in every triangle and removes the triangles on their edge.
-    fn merge(&mut self, kept: u32, gone: u32) {
-        self.merged.union(kept, gone);
-        let star = std::mem::take(&mut self.stars[self.star_of_vertex[gone as usize] as usize]);
-        for &triangle in &star {
-            let vertices = &mut self.triangles[triangle as usize];
-            if vertices.contains(&kept) {
-                self.removed[triangle as usize] = true;
-            }
-            for vertex in vertices.iter_mut().filter(|vertex| **vertex == gone) {
-                *vertex = kept;
-            }
-        }
-        let removed = &self.removed;
-        let kept_star = &mut self.stars[self.star_of_vertex[kept as usize] as usize];
-        kept_star.extend(star);
-        kept_star.retain(|&triangle| !removed[triangle as usize]);
-    }
-}
-
-/// The vertices that occur in both lists, ascending.
-fn common(first: &Neighbours, second: &Neighbours) -> impl Iterator<Item = u32> {
-    let in_second = |vertex: &u32| {
-        second
-            .binary_search_by_key(vertex, |&(other, _)| other)
-            .is_ok()
-    };
-    first.iter().map(|&(vertex, _)| vertex).filter(in_second)
 }
 
 #[cfg(test)]

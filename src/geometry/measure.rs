@@ -17,6 +17,12 @@ impl Mesh {
         sum(self.corners().map(triangle_area))
     }
 
+    /// The mean length of the sides of all triangles; 0 if there are none.
+    pub fn mean_edge_length(&self) -> f64 {
+        let sides = self.corners().flat_map(|[a, b, c]| [b - a, c - b, a - c]);
+        sum(sides.map(DVec3::length)) / (3 * self.triangles.len().max(1)) as f64
+    }
+
     /// The enclosed volume, by the divergence theorem: positive if the triangles are
     /// counter-clockwise seen from outside, negative if they are turned inside out.
     ///
@@ -52,7 +58,7 @@ impl Mesh {
     }
 
     /// The positions of the corners of each triangle.
-    fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
+    pub(super) fn corners(&self) -> impl Iterator<Item = [DVec3; 3]> + '_ {
         self.triangles
             .iter()
             .map(|triangle| triangle.map(|vertex| self.positions[vertex as usize]))
@@ -214,6 +220,8 @@ mod tests {
         // A regular hexagon in the unit circle.
         assert_close(disk(6).area(), 1.5 * 3f64.sqrt(), ROUNDING);
         assert_eq!(disk(6).volume(), 0.0);
+        assert_close(disk(6).mean_edge_length(), 1.0, ROUNDING);
+        assert_eq!(Mesh::default().mean_edge_length(), 0.0);
     }
 
     fn square(side: f64, reversed: bool) -> Polyline {

@@ -11,20 +11,32 @@ mod mesh;
 mod samples;
 
 mod collapse;
+mod deviation;
 mod disjoint_sets;
+mod intersect;
 mod measure;
 mod neighbours;
+mod predicates;
+mod quadric;
+mod quality;
+mod remesh;
+mod simplify;
 mod summation;
+mod surgery;
 mod topology;
 
 pub use bounds::Bounds;
+pub use deviation::{Deviation, Distances, FieldValues};
 pub(crate) use disjoint_sets::DisjointSets;
 
 pub use curves::{Curves, Polyline};
 pub use image::{Animation, Image};
 pub use mesh::Mesh;
 pub use neighbours::{Spacing, nearest_distances};
+pub use quality::Quality;
+pub use remesh::{Project, Remeshing};
 pub use samples::Samples;
+pub use simplify::{Goal, RefineError, Simplified};
 pub use topology::Topology;
 
 #[cfg(test)]

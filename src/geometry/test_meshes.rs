@@ -147,3 +147,42 @@ pub(super) fn inverted(mut mesh: Mesh) -> Mesh {
     }
     mesh
 }
+
+/// The mesh with each triangle divided into four at the middles of its sides.
+pub(super) fn refined(mesh: Mesh) -> Mesh {
+    let mut refined = Mesh {
+        positions: mesh.positions,
+        ..Mesh::default()
+    };
+    let mut middles = std::collections::BTreeMap::new();
+    for [a, b, c] in mesh.triangles {
+        let [d, e, f] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+            *middles
+                .entry((from.min(to), from.max(to)))
+                .or_insert_with(|| {
+                    let ends = [from, to].map(|vertex| refined.positions[vertex as usize]);
+                    refined.positions.push(ends[0].midpoint(ends[1]));
+                    refined.positions.len() as u32 - 1
+                })
+        });
+        refined
+            .triangles
+            .extend([[a, d, f], [d, b, e], [f, e, c], [d, e, f]]);
+    }
+    refined
+}
+
+/// The unit square, divided into so many squares each way, halved, and mapped.
+pub(super) fn grid(cells: u32, map: impl Fn(f64, f64) -> DVec3) -> Mesh {
+    let mut grid = Mesh::default();
+    let at = |k: u32| f64::from(k) / f64::from(cells);
+    for (i, j) in (0..=cells).flat_map(|i| (0..=cells).map(move |j| (i, j))) {
+        grid.positions.push(map(at(i), at(j)));
+        if i < cells && j < cells {
+            let a = i * (cells + 1) + j;
+            let b = a + cells + 1;
+            grid.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    grid
+}

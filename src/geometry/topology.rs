@@ -21,6 +21,11 @@ pub struct Topology {
     pub boundary_edges: usize,
     /// Connected pieces of the boundary. In a manifold mesh each is a simple closed loop.
     pub boundary_loops: usize,
+    /// Edges that belong to more than two triangles, or join a vertex to itself.
+    pub nonmanifold_edges: usize,
+    /// Vertices at which the triangles form more than one fan: a fan goes on from triangle to
+    /// triangle across shared edges, also across those that more than two share.
+    pub nonmanifold_vertices: usize,
     /// Whether the mesh is a surface, possibly with boundary: no edge belongs to more than two
     /// triangles, and the triangles around every vertex form one fan.
     pub manifold: bool,
@@ -149,11 +154,10 @@ struct Survey<'a> {
     edges: usize,
     boundary_edges: usize,
     on_boundary: Vec<bool>,
-    /// How many unions joined different sets, in each of the three partitions.
+    /// How many unions joined different sets, in the first two partitions.
     component_unions: usize,
     boundary_unions: usize,
-    corner_unions: usize,
-    manifold_edges: bool,
+    nonmanifold_edges: usize,
     oriented: bool,
 }
 
@@ -170,8 +174,7 @@ impl<'a> Survey<'a> {
             on_boundary: vec![false; vertices],
             component_unions: 0,
             boundary_unions: 0,
-            corner_unions: 0,
-            manifold_edges: true,
+            nonmanifold_edges: 0,
             oriented: true,
         }
     }
@@ -188,10 +191,11 @@ impl<'a> Survey<'a> {
         self.edges += 1;
         self.component_unions += usize::from(self.vertices.union(from, to));
         // An edge from a vertex to itself belongs to a triangle without an inside.
-        self.manifold_edges &= uses.len() <= 2 && from != to;
+        self.nonmanifold_edges += usize::from(uses.len() > 2 || from == to);
+        let is_forward = |half_edge: &HalfEdge| self.vertex(half_edge.corner) == from;
         let forward = uses
             .iter()
-            .filter(|half_edge| self.vertex(half_edge.corner) == from)
+            .filter(|&half_edge| is_forward(half_edge))
             .count();
         self.oriented &= forward <= 1 && uses.len() - forward <= 1;
         match uses {
@@ -201,24 +205,36 @@ impl<'a> Survey<'a> {
                 self.on_boundary[to as usize] = true;
                 self.boundary_unions += usize::from(self.boundary.union(from, to));
             }
-            [_, second] => self.join_fans(first, second.corner, forward == 2),
-            _ => {}
+            _ => {
+                for pair in uses.windows(2) {
+                    self.join_fans(pair[0].corner, pair[1].corner);
+                }
+            }
         }
     }
 
     /// Two triangles share an edge: their corners at either end belong to the same fan.
-    fn join_fans(&mut self, first: u32, second: u32, same_direction: bool) {
-        let (start, end) = if same_direction {
+    fn join_fans(&mut self, first: u32, second: u32) {
+        let (start, end) = if self.vertex(first) == self.vertex(second) {
             (second, next_corner(second))
         } else {
             (next_corner(second), second)
         };
-        self.corner_unions += usize::from(self.corners.union(first, start));
-        self.corner_unions += usize::from(self.corners.union(next_corner(first), end));
+        self.corners.union(first, start);
+        self.corners.union(next_corner(first), end);
+    }
+
+    /// How many vertices have more than one fan.
+    fn torn_vertices(&mut self) -> usize {
+        let mut fans = vec![0_u32; self.mesh.positions.len()];
+        for (&vertex, corner) in self.mesh.triangles.as_flattened().iter().zip(0..) {
+            fans[vertex as usize] += u32::from(self.corners.find(corner) == corner);
+        }
+        fans.iter().filter(|&&fans| fans > 1).count()
     }
 
     /// Adds up. A forest of n elements after u joining unions has n − u sets.
-    fn finish(self) -> Topology {
+    fn finish(mut self) -> Topology {
         let triangles = self.mesh.triangles.len();
         let mut used = vec![false; self.mesh.positions.len()];
         for &vertex in self.mesh.triangles.as_flattened() {
@@ -226,7 +242,7 @@ impl<'a> Survey<'a> {
         }
         let vertices = used.iter().filter(|&&used| used).count();
         let boundary_vertices = self.on_boundary.iter().filter(|&&on| on).count();
-        let fans = 3 * triangles - self.corner_unions;
+        let nonmanifold_vertices = self.torn_vertices();
         Topology {
             vertices,
             edges: self.edges,
@@ -234,8 +250,9 @@ impl<'a> Survey<'a> {
             components: vertices - self.component_unions,
             boundary_edges: self.boundary_edges,
             boundary_loops: boundary_vertices - self.boundary_unions,
-            // Every used vertex has at least one fan: equal numbers mean that none has two.
-            manifold: self.manifold_edges && fans == vertices,
+            nonmanifold_edges: self.nonmanifold_edges,
+            nonmanifold_vertices,
+            manifold: self.nonmanifold_edges == 0 && nonmanifold_vertices == 0,
             oriented: self.oriented,
             // Oriented edges have at most two uses, so without boundary they have two.
             watertight: self.oriented && self.boundary_edges == 0 && triangles > 0,
@@ -267,6 +284,8 @@ mod tests {
                 components: 1,
                 boundary_edges: 0,
                 boundary_loops: 0,
+                nonmanifold_edges: 0,
+                nonmanifold_vertices: 0,
                 manifold: true,
                 oriented: true,
                 watertight: true,
@@ -334,6 +353,9 @@ mod tests {
         assert!(!topology.manifold && !topology.oriented && !topology.watertight);
         assert_eq!(topology.genus(), None);
         assert_eq!(topology.components, 1);
+        // The three pages hang together at both ends of the spine.
+        assert_eq!(topology.nonmanifold_edges, 1);
+        assert_eq!(topology.nonmanifold_vertices, 0);
     }
 
     #[test]
@@ -346,6 +368,8 @@ mod tests {
         assert_eq!(topology.vertices, 7);
         assert_eq!(topology.components, 1);
         assert!(topology.watertight && topology.oriented && !topology.manifold);
+        assert_eq!(topology.nonmanifold_edges, 0);
+        assert_eq!(topology.nonmanifold_vertices, 1);
         assert_eq!(topology.genus(), None);
     }
 

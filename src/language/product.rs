@@ -5,8 +5,10 @@
 
 mod elastic;
 mod motion;
+mod report;
 
 use std::cell::OnceCell;
+use std::rc::Rc;
 
 use super::function::At;
 use super::value::{Value, failure};
@@ -20,6 +22,7 @@ use crate::syntax::tree::Name;
 
 pub use elastic::FallSet;
 pub use motion::{FitSet, SimulationSet, Warned};
+pub use report::ReportSet;
 
 /// Samples and how they came about.
 #[derive(Debug)]
@@ -171,10 +174,9 @@ const MESH: &[Property<MeshSet>] = &[
                 .collect(),
         ))
     }),
-    hidden("centroid", |set| {
-        set.mesh
-            .centroid()
-            .map(|centroid| Value::numbers(centroid.to_array()))
+    hidden("quality", |set| {
+        let quality = ReportSet::of_quality(&set.mesh);
+        Some(Value::Report(Rc::new(quality)))
     }),
 ];
 
@@ -385,13 +387,14 @@ pub fn property(value: &Value, name: &str) -> Option<Value> {
         Value::Unknown => Some(Value::Unknown),
         Value::List(elements) => swizzle(elements, name),
         Value::Interval(interval) => interval_property(*interval, name),
-        Value::Mesh(set) => find(MESH, set, name),
+        Value::Mesh(set) => find(MESH, set, name).or_else(|| find(report::MORE_OF_MESH, set, name)),
         Value::Samples(set) => find(SAMPLES, set, name),
         Value::Curves(set) => find(CURVES, set, name),
         Value::Image(set) => find(IMAGE, set, name),
         Value::Simulation(set) => find(motion::SIMULATION, set, name),
         Value::Fit(set) => find(motion::FIT, set, name),
         Value::Fall(set) => find(elastic::FALL, set, name),
+        Value::Report(set) => find(report::REPORT, set, name),
         _ => None,
     }
 }
@@ -413,8 +416,18 @@ pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
         Value::Simulation(set) => shown_values(motion::SIMULATION, set),
         Value::Fit(set) => shown_values(motion::FIT, set),
         Value::Fall(set) => shown_values(elastic::FALL, set),
+        Value::Report(set) => shown_values(report::REPORT, set),
         _ => Vec::new(),
     }
+}
+
+/// The summary of a mesh and everything else that is a number, a truth value or a point.
+pub fn details(set: &MeshSet) -> Vec<(&'static str, Value)> {
+    let more = report::MORE_OF_MESH.iter();
+    let tables = MESH.iter().filter(|property| property.summary).chain(more);
+    tables
+        .filter_map(|property| Some((property.name, (property.value)(set)?)))
+        .collect()
 }
 
 /// The names of a value's properties.
@@ -422,7 +435,11 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
     match value {
         Value::List(_) => vec!["x", "y", "z"],
         Value::Interval(_) => vec!["low", "high", "width", "middle"],
-        Value::Mesh(_) => MESH.iter().map(|property| property.name).collect(),
+        Value::Mesh(_) => MESH
+            .iter()
+            .chain(report::MORE_OF_MESH)
+            .map(|property| property.name)
+            .collect(),
         Value::Samples(_) => SAMPLES.iter().map(|property| property.name).collect(),
         Value::Curves(_) => CURVES.iter().map(|property| property.name).collect(),
         Value::Image(_) => IMAGE.iter().map(|property| property.name).collect(),
@@ -432,6 +449,10 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
             .collect(),
         Value::Fit(_) => motion::FIT.iter().map(|property| property.name).collect(),
         Value::Fall(_) => elastic::FALL.iter().map(|property| property.name).collect(),
+        Value::Report(_) => report::REPORT
+            .iter()
+            .map(|property| property.name)
+            .collect(),
         _ => Vec::new(),
     }
 }
@@ -450,12 +471,14 @@ pub fn all_properties() -> Vec<(&'static str, &'static str)> {
         .into_iter()
         .chain(interval)
         .chain(named("a mesh", MESH))
+        .chain(named("a mesh", report::MORE_OF_MESH))
         .chain(named("samples", SAMPLES))
         .chain(named("a curve set", CURVES))
         .chain(named("an image", IMAGE))
         .chain(named("a simulation", motion::SIMULATION))
         .chain(named("a fit", motion::FIT))
         .chain(named("a fall", elastic::FALL))
+        .chain(named("a report", report::REPORT))
         .collect()
 }
 
@@ -486,6 +509,9 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
                     .into()
             }
             Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
+            Value::Report(_) => {
+                "`quality` measures triangles, `deviation` the distance from a field's surface".into()
+            }
             Value::Mesh(set) if set.statistics.is_none() => {
                 "some are defined for closed and manifold meshes only, others for what \
                  `polygonize` makes"

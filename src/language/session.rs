@@ -307,23 +307,24 @@ impl Session {
         value
     }
 
-    /// Calls a function of the language with a value and named arguments: what a command does
+    /// Calls a function of the language with values and named arguments: what a command does
     /// with its flags.
     pub fn call(
         &mut self,
         function: &str,
-        subject: Value,
+        subjects: Vec<Value>,
         options: &[(&str, Expression)],
     ) -> Result<Value, Vec<Diagnostic>> {
         let Some(builtin) = builtin::find(function) else {
             let message = format!("there is no function `{function}`");
             return Err(vec![Diagnostic::error(Code::UnknownName, message)]);
         };
-        let mut arguments = vec![Argument {
+        let subjects = subjects.into_iter().map(|value| Argument {
             name: None,
-            value: subject,
+            value,
             span: Span::NOWHERE,
-        }];
+        });
+        let mut arguments: Vec<Argument> = subjects.collect();
         for (name, expression) in options {
             arguments.push(Argument {
                 name: Some(Arc::from(*name)),

@@ -37,6 +37,7 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         | Value::Simulation(_)
         | Value::Fit(_)
         | Value::Fall(_) => show_product(value, precision),
+        Value::Report(_) => table(&product::summary(value), precision),
         Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {
             value.kind().to_string()
@@ -96,4 +97,14 @@ fn show_product(value: &Value, precision: Option<usize>) -> String {
         .trim_start_matches("a ")
         .trim_start_matches("an ");
     format!("{kind}: {}", properties.join(", "))
+}
+
+/// Names and values, one pair on a line.
+pub fn table(rows: &[(&'static str, Value)], precision: Option<usize>) -> String {
+    let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let lines: Vec<String> = rows
+        .iter()
+        .map(|(name, value)| format!("{name:width$}  {}", show(value, precision)))
+        .collect();
+    lines.join("\n")
 }

@@ -10,7 +10,9 @@ use super::field::FieldValue;
 use super::function::FunctionValue;
 use super::list::List;
 use super::module::Module;
-use super::product::{CurveSet, FallSet, FitSet, ImageSet, MeshSet, SampleSet, SimulationSet};
+use super::product::{
+    CurveSet, FallSet, FitSet, ImageSet, MeshSet, ReportSet, SampleSet, SimulationSet,
+};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
 
@@ -52,6 +54,8 @@ pub enum Value {
     Fit(Rc<FitSet>),
     /// A solid that fell.
     Fall(Rc<FallSet>),
+    /// What was measured on a mesh.
+    Report(Rc<ReportSet>),
     /// Definitions that are reached as `name.member`.
     Module(Rc<Module>),
     /// What a statement such as `print(…)` leaves: not usable as a value.
@@ -106,6 +110,7 @@ impl Value {
             Value::Simulation(_) => "a simulation",
             Value::Fit(_) => "a fit",
             Value::Fall(_) => "a fall",
+            Value::Report(_) => "a report",
             Value::Module(_) => "a module",
             Value::Nothing => "no value",
             Value::Unknown => "an unknown value",
@@ -123,6 +128,7 @@ impl Value {
                 | Value::Simulation(_)
                 | Value::Fit(_)
                 | Value::Fall(_)
+                | Value::Report(_)
         )
     }
 

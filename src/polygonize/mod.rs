@@ -14,6 +14,7 @@ mod edge_roots;
 mod error;
 mod grid;
 mod options;
+mod project;
 mod projection;
 mod roots;
 mod signs;
@@ -29,6 +30,7 @@ use crate::geometry::{Curves, Mesh};
 
 pub use error::PolygonizeError;
 pub use options::{Method, Options, default_cell};
+pub use project::{project, values_at};
 pub use statistics::Statistics;
 
 /// A level set as polygons.

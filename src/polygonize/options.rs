@@ -30,7 +30,7 @@ impl Method {
         match dimension {
             1 => Method::Bracketing,
             2 => Method::Squares,
-            _ => Method::Cubes,
+            _ => Method::Dual,
         }
     }
 

@@ -256,6 +256,10 @@ pub(super) struct Mesh {
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
+    /// Prints all measures of the mesh: topology, quality of the triangles, self-intersections, and
+    /// how far it is from the field's surface
+    #[arg(long)]
+    pub(super) report: bool,
     #[command(flatten)]
     pub(super) common: Common,
 }

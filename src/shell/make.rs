@@ -2,6 +2,7 @@
 //! flags, and a file for the result; what `imp render` does with `plot` is the same.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use serde_json::{Map, Value as Json};
 
@@ -12,8 +13,10 @@ use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
 use crate::language::json::json;
-use crate::language::show::show;
-use crate::language::{Mode, Outcome, Value};
+use crate::language::product::{self, MeshSet};
+use crate::language::show::{show, table};
+use crate::language::{FieldValue, Mode, Outcome, Value};
+use crate::syntax::tree::Expression;
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
 pub(super) type Flag<'a> = (&'a str, Option<&'a str>);
@@ -35,7 +38,11 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         &command.subject,
         &flags,
         &command.common,
-        false,
+        if command.report {
+            Further::Report
+        } else {
+            Further::Nothing
+        },
     )
 }
 
@@ -69,7 +76,11 @@ pub(super) fn sample(command: &Sample) -> Result<(), u8> {
         &command.subject,
         &flags,
         &command.common,
-        command.timings,
+        if command.timings {
+            Further::Timings
+        } else {
+            Further::Nothing
+        },
     )
 }
 
@@ -83,14 +94,24 @@ pub(super) fn quoted(word: &str) -> String {
     format!("\"{escaped}\"")
 }
 
+/// What is told of a result besides its properties.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Further {
+    Nothing,
+    /// What took how long.
+    Timings,
+    /// All measures of a mesh.
+    Report,
+}
+
 /// Calls a function of the language with the field and the flags, writes what it gives, and
-/// shows its properties; with `timings` also what took how long.
+/// shows its properties, and what further is asked for.
 pub(super) fn make(
     function: &str,
     subject: &Subject,
     flags: &[Flag<'_>],
     common: &Common,
-    timings: bool,
+    further: Further,
 ) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     workspace.run()?;
@@ -107,7 +128,7 @@ pub(super) fn make(
     }
     let value = workspace
         .session
-        .call(function, Value::Field(field), &options)
+        .call(function, vec![Value::Field(field.clone())], &options)
         .map_err(|errors| workspace.fail(&errors))?;
     let output = match &subject.output {
         Some(path) => Some(write(path, common, &value).map_err(|error| workspace.fail(&[*error]))?),
@@ -117,21 +138,74 @@ pub(super) fn make(
         Value::Samples(set) => set.statistics.as_ref().map(|told| told.times.clone()),
         _ => None,
     };
-    let timings = timings.then(|| phases.unwrap_or_default());
+    let timings = (further == Further::Timings).then(|| phases.unwrap_or_default());
+    let report = match (&value, further) {
+        (Value::Mesh(set), Further::Report) => {
+            options.retain(|(name, _)| *name == "iso");
+            let measured = report(&mut workspace, set, field, &options);
+            Some(measured.map_err(|errors| workspace.fail(&errors))?)
+        }
+        _ => None,
+    };
     if common.json {
         let mut object = object(output.as_deref(), &value);
         if let Some(phases) = &timings {
             object.insert("timings".into(), timings::json(&workspace, phases));
         }
+        for (title, rows) in report.iter().flatten() {
+            let rows = rows
+                .iter()
+                .map(|(name, value)| (String::from(*name), json(value)));
+            if *title == MESH {
+                for (name, value) in rows {
+                    // What is already there keeps its form.
+                    object.entry(name).or_insert(value);
+                }
+            } else {
+                object.insert((*title).into(), Json::Object(rows.collect()));
+            }
+        }
         workspace.finish_json(&mut object);
         output::data(&Json::Object(object).to_string());
     } else {
-        output::data(&show(&value, None));
+        match &report {
+            Some(parts) => {
+                for (title, rows) in parts {
+                    output::data(&format!("{title}\n{}", table(rows, None)));
+                }
+            }
+            None => output::data(&show(&value, None)),
+        }
         if let Some(phases) = &timings {
             timings::tell(&workspace, phases);
         }
     }
     Ok(())
+}
+
+/// The title of what is known of a mesh alone.
+const MESH: &str = "mesh";
+
+/// A title and named values.
+type Part = (&'static str, Vec<(&'static str, Value)>);
+
+/// All measures of a mesh that a field was made into: of its topology, of its triangles, and of
+/// its distance from the field's surface.
+fn report(
+    workspace: &mut Workspace,
+    set: &Rc<MeshSet>,
+    field: FieldValue,
+    iso: &[(&str, Expression)],
+) -> Result<Vec<Part>, Vec<Diagnostic>> {
+    let mesh = Value::Mesh(Rc::clone(set));
+    let session = &mut workspace.session;
+    let quality = session.call("quality", vec![mesh.clone()], &[])?;
+    let deviation = session.call("deviation", vec![mesh, Value::Field(field)], iso)?;
+    Ok(vec![
+        (MESH, product::details(set)),
+        ("quality", product::summary(&quality)),
+        ("deviation", product::summary(&deviation)),
+    ])
 }
 
 /// Refuses, before the work, a file that cannot hold what comes of it or cannot be written, and

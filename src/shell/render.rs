@@ -1,7 +1,7 @@
 //! `imp render`: the language's `plot` with its arguments as flags, and a file for the picture.
 
 use super::arguments::{Direction, Pixels, Render};
-use super::make::{make, quoted};
+use super::make::{Further, make, quoted};
 
 /// Makes a picture of a field; fails with an exit code.
 pub(super) fn render(command: &Render) -> Result<(), u8> {
@@ -22,7 +22,13 @@ pub(super) fn render(command: &Render) -> Result<(), u8> {
         ("samples", samples.as_deref()),
         ("transparent", switch(command.transparent)),
     ];
-    make("plot", &command.subject, &flags, &command.common, false)
+    make(
+        "plot",
+        &command.subject,
+        &flags,
+        &command.common,
+        Further::Nothing,
+    )
 }
 
 /// A size as the language's number or list.

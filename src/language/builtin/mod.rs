@@ -14,6 +14,7 @@ mod geometry;
 mod inspection;
 mod lists;
 mod mathematics;
+mod meshes;
 mod methods;
 mod motion;
 mod pictures;
@@ -87,6 +88,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Fitting", fit::TABLE),
     ("Solids that fall", elastic::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
+    ("Meshes measured and made anew", meshes::TABLE),
     ("Boxes", extent::TABLE),
     ("Pictures", pictures::TABLE),
     ("Inspection", inspection::TABLE),

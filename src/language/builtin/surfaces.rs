@@ -41,7 +41,10 @@ pub(super) const TABLE: &[Builtin] = &[
         "components",
         "The number of connected pieces of a mesh or curve set.",
     ),
-    measure("centroid", "The centre of the volume enclosed by a mesh."),
+    measure(
+        "centroid",
+        "The centroid of a mesh's surface: the mean of its points, by area.",
+    ),
 ];
 
 /// A measure is a property under its own name.

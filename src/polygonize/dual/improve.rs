@@ -11,9 +11,9 @@ use rayon::prelude::*;
 use super::around::{Around, worst};
 use super::facets::Facet;
 use super::place::Vertex;
-use crate::engine::Field;
 use crate::polygonize::Job;
-use crate::polygonize::columns::Columns;
+use crate::polygonize::edge_roots::Root;
+use crate::polygonize::projection::{self, Start};
 
 /// Sweeps over the bad triangles.
 const SWEEPS: usize = 6;
@@ -23,9 +23,6 @@ const GOOD: f64 = 0.6;
 
 /// Passes that take back moves which have made something worse.
 const REVIEWS: usize = 4;
-
-/// Steps of Newton's method after a move; its error is squared in each.
-const STEPS: usize = 4;
 
 /// Points evaluated together.
 const BATCH: usize = 1024;
@@ -134,38 +131,24 @@ fn target(around: &Around, facets: &[Facet], vertices: &[Vertex], vertex: u32) -
     }
 }
 
-/// Puts vertices back on the surface; `None` where that fails.
+/// Puts vertices back on the surface; `None` where that fails. And the number of evaluations.
 fn project(job: &Job, vertices: &[Vertex]) -> (Vec<Option<Vertex>>, usize) {
-    let mut columns = Columns::default();
-    let mut field: &dyn Field = job.field;
-    let mut points: Vec<DVec3> = vertices.iter().map(|vertex| vertex.position).collect();
-    let mut found = vec![None; vertices.len()];
-    let mut open: Vec<usize> = (0..vertices.len()).collect();
-    let mut evaluations = 0;
-    for _ in 0..STEPS {
-        columns.set_points(open.iter().map(|&place| points[place]));
-        columns.evaluate(&mut field, job.accuracy.iso);
-        evaluations += open.len();
-        let mut next = 0;
-        open.retain(|&place| {
-            let (value, gradient) = columns.result(next);
-            next += 1;
-            let length = gradient.length();
-            if value.abs() <= job.accuracy.distance * length {
-                found[place] = Some(Vertex {
-                    position: points[place],
-                    normal: gradient / length,
-                    residual: value.abs() / length,
-                    rank: vertices[place].rank,
-                });
-                return false;
-            }
-            points[place] -= gradient * (value / (length * length));
-            points[place].is_finite()
-        });
-        if open.is_empty() {
-            break;
-        }
-    }
-    (found, evaluations)
+    let start = |vertex: &Vertex| Start {
+        point: vertex.position,
+        low: DVec3::NEG_INFINITY,
+        high: DVec3::INFINITY,
+        ends: [vertex.position; 2],
+    };
+    let starts: Vec<Start> = vertices.iter().map(start).collect();
+    let (roots, evaluations) = projection::newton(job.field, job.accuracy, &starts);
+    let vertex = |(root, old): (Root, &Vertex)| {
+        (!root.is_poor()).then_some(Vertex {
+            position: root.position,
+            normal: root.normal,
+            residual: root.residual,
+            rank: old.rank,
+        })
+    };
+    let vertices = roots.into_iter().zip(vertices).map(vertex);
+    (vertices.collect(), evaluations)
 }

@@ -128,6 +128,12 @@ pub(super) fn of_value(repl: &mut Repl, name: &str, value: &Value) -> String {
         ),
         Value::Function(function) => (signature(function), "function".into()),
         Value::Module(module) => (module.name.to_string(), "module".into()),
+        Value::Report(_) => {
+            // A table of its own, below its name.
+            let table = show(value, None);
+            let begin = if name.is_empty() { "" } else { "\n" };
+            (format!("{begin}{table}"), "report".into())
+        }
         product if product.is_product() => {
             let shown = show(value, None);
             let (kind, properties) = shown.split_once(": ").unwrap_or((&shown, ""));

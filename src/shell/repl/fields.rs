@@ -94,7 +94,7 @@ pub(super) fn bounds(repl: &mut Repl, text: &str) -> Result<(), u8> {
     let found = repl
         .workspace
         .session
-        .call("bounds", Value::Field(field), &[]);
+        .call("bounds", vec![Value::Field(field)], &[]);
     let found = found.map_err(|errors| repl.workspace.fail(&errors))?;
     output::data(&format!("proven  {}", show(&found, None)));
     Ok(())
@@ -341,7 +341,7 @@ fn make(repl: &mut Repl, function: &str, text: &str) -> Result<(), u8> {
         let written = repl
             .workspace
             .session
-            .call("export", value, &[("path", file)]);
+            .call("export", vec![value], &[("path", file)]);
         written.map_err(|errors| repl.workspace.fail(&errors))?;
     }
     Ok(())

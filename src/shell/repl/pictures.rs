@@ -77,7 +77,7 @@ impl Repl {
             }
         }
         let field = Value::Field(field.clone());
-        let made = self.workspace.session.call("plot", field, &options);
+        let made = self.workspace.session.call("plot", vec![field], &options);
         match made {
             Ok(Value::Image(set)) => Ok(set.picture.image.clone()),
             Ok(other) => Err(format!("`plot` gave {}", other.kind())),
