@@ -73,7 +73,7 @@ pub struct Options {
     /// that allows, so that cells fit the box exactly.
     pub cell: f64,
     /// Whether a level set that the box cuts is closed along the box, rather than left open.
-    /// Means nothing in R1.
+    /// Means nothing in R1; usual in R3, where F < iso is a solid.
     pub cap: bool,
     /// The level: F = iso.
     pub iso: f64,
@@ -95,7 +95,7 @@ impl Options {
             method: None,
             bounds,
             cell: default_cell(&bounds),
-            cap: false,
+            cap: bounds.dimension == 3,
             iso: 0.0,
             tolerance,
             snap: false,

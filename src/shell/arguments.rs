@@ -247,9 +247,9 @@ pub(super) struct Mesh {
     /// The level: the set where the field has this value
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) iso: Option<String>,
-    /// Closes the surface where the box cuts it
-    #[arg(long)]
-    pub(super) cap: bool,
+    /// Whether what the box cuts is closed along it: --cap or --cap=false [default: only surfaces]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(super) cap: Option<String>,
     /// Marching cubes: merges vertices near grid points, which makes better triangles
     #[arg(long)]
     pub(super) snap: bool,

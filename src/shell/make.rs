@@ -29,7 +29,7 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("cell", command.cell.as_deref()),
         ("resolution", command.resolution.as_deref()),
         ("iso", command.iso.as_deref()),
-        ("cap", command.cap.then_some("true")),
+        ("cap", command.cap.as_deref()),
         ("snap", command.snap.then_some("true")),
         ("tolerance", command.tolerance.as_deref()),
     ];

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::support::{cube, mesh};
+use crate::support::{self, cube, mesh};
 use imp::engine::{CompiledField, Field, Program, Silent};
 use imp::graph::{Graph, NodeId, Op};
 use imp::polygonize::{Method, Options};
@@ -82,7 +82,7 @@ fn proven_signs_change_nothing_but_the_number_of_evaluations() {
                     iso,
                     cap,
                     snap,
-                    ..Options::new(bounds)
+                    ..support::open(bounds)
                 };
                 let made =
                     |field: &dyn Field| mesh(field, (Method::Cubes, &options), &Silent).unwrap();
@@ -104,7 +104,7 @@ fn evaluations_grow_with_the_surface() {
         let options = Options {
             cell: 2.6 / cells as f64,
             iso: 1.0,
-            ..Options::new(cube(3, -1.3, 1.3))
+            ..support::open(cube(3, -1.3, 1.3))
         };
         let found = mesh(&compile(sphere), (Method::Cubes, &options), &Silent).unwrap();
         found.statistics.evaluations as f64

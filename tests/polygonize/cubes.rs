@@ -85,7 +85,7 @@ fn run(field: &dyn Field, (low, high): (f64, f64), cells: usize, cap: bool) -> M
     let options = Options {
         cell: (high - low) / cells as f64,
         cap,
-        ..Options::new(cube(3, low, high))
+        ..support::open(cube(3, low, high))
     };
     surface(field, &options, &Silent).unwrap()
 }
@@ -164,7 +164,7 @@ fn the_tanglecube_passes_through_its_topologies() {
 fn a_field_without_a_zero_is_an_error_that_says_what_was_seen() {
     let options = Options {
         cell: 0.2,
-        ..Options::new(cube(3, -2.8, 2.8))
+        ..support::open(cube(3, -2.8, 2.8))
     };
     let points = 29 * 29 * 29;
     let nan = space(|_| (f64::NAN, DVec3::NAN));
@@ -383,7 +383,7 @@ fn poles_jumps_and_ends_of_the_domain_alone_are_no_surface() {
                 let options = Options {
                     cell: 0.125,
                     cap,
-                    ..Options::new(cube(3, -1.0, high))
+                    ..support::open(cube(3, -1.0, high))
                 };
                 match surface(field.as_ref(), &options, &Silent) {
                     Err(PolygonizeError::NoSurface { .. }) => {}
@@ -422,7 +422,7 @@ fn boxes_beyond_the_range_of_numbers_are_refused() {
         [(1e307, 1.1e307), (0.0, 1.0), (0.0, 1.0)],
     ] {
         let bounds = imp::geometry::Bounds::from_sides(&sides).unwrap();
-        match surface(&field, &Options::new(bounds), &Silent) {
+        match surface(&field, &support::open(bounds), &Silent) {
             Err(PolygonizeError::BadOption { option, .. }) => assert_eq!(option, "bounds"),
             other => panic!("{other:?}"),
         }
@@ -437,7 +437,7 @@ fn boxes_beyond_the_range_of_numbers_are_refused() {
         for cap in [false, true] {
             let options = Options {
                 cap,
-                ..Options::new(bounds)
+                ..support::open(bounds)
             };
             let result = surface(&field, &options, &Silent);
             assert!(!matches!(result, Err(PolygonizeError::BadOption { .. })));
@@ -478,7 +478,7 @@ fn levels_are_surfaces_of_the_shifted_field() {
     let options = Options {
         iso: 0.75,
         cell: 0.05,
-        ..Options::new(cube(3, -1.0, 1.0))
+        ..support::open(cube(3, -1.0, 1.0))
     };
     let found = surface(&distance, &options, &Silent).unwrap();
     assert_relative(found.shape.volume(), 4.0 * PI / 3.0 * 0.75f64.powi(3), 3e-3);
@@ -530,7 +530,7 @@ fn random_grids_give_closed_manifolds() {
         let options = Options {
             cell: 1.0,
             cap: true,
-            ..Options::new(cube(3, 0.0, points as f64 - 1.0))
+            ..support::open(cube(3, 0.0, points as f64 - 1.0))
         };
         let found = match surface(&field, &options, &Silent) {
             Ok(found) => found,
@@ -572,7 +572,7 @@ fn flat_and_long_boxes_have_any_number_of_slabs() {
         let options = Options {
             cell: 0.8,
             cap: true,
-            ..Options::new(imp::geometry::Bounds::from_sides(&sides).unwrap())
+            ..support::open(imp::geometry::Bounds::from_sides(&sides).unwrap())
         };
         let found = surface(&field, &options, &Silent).unwrap();
         assert_eq!(closed(&found).genus(), Some(0));
@@ -609,7 +609,7 @@ fn a_cancelled_run_ends() {
             true
         }
     }
-    let result = surface(&sphere(), &Options::new(cube(3, -1.3, 1.3)), &Impatient);
+    let result = surface(&sphere(), &support::open(cube(3, -1.3, 1.3)), &Impatient);
     assert_eq!(result, Err(PolygonizeError::Cancelled));
 }
 
@@ -625,7 +625,7 @@ fn a_monitor_is_asked_at_every_layer_of_points() {
         }
     }
     let counting = Counting(Default::default());
-    let mut options = Options::new(cube(3, -1.3, 1.3));
+    let mut options = support::open(cube(3, -1.3, 1.3));
     options.cell = 0.02;
     surface(&sphere(), &options, &counting).unwrap();
     let (asked, layers) = (counting.0.into_inner(), (2.6 / 0.02) as usize);

@@ -1,6 +1,6 @@
 //! Marching cubes with vertices merged at grid points: the same surface, with better triangles.
 
-use crate::support::{Closure, Made, cube, mesh};
+use crate::support::{self, Closure, Made, cube, mesh};
 use crate::trilinear::Grid;
 use glam::DVec3;
 use imp::engine::{Field, Silent};
@@ -12,7 +12,7 @@ fn made(field: &dyn Field, bounds: Bounds, cells: f64, snap: bool) -> Made<Mesh>
         cell: bounds.size().x / cells,
         cap: true,
         snap,
-        ..Options::new(bounds)
+        ..support::open(bounds)
     };
     mesh(field, (Method::Cubes, &options), &Silent).unwrap()
 }

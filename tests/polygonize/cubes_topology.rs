@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::{cube, mesh};
+use crate::support::{self, cube, mesh};
 use crate::trilinear::{Corners, Grid, connects, interpolate};
 use glam::DVec3;
 use imp::engine::Silent;
@@ -33,7 +33,7 @@ fn assert_has_its_topology(grid: &Grid, name: &str) {
     let sets = grid.sets();
     let options = Options {
         cell: 1.0,
-        ..Options::new(cube(3, 0.0, grid.points as f64 - 1.0))
+        ..support::open(cube(3, 0.0, grid.points as f64 - 1.0))
     };
     let field = grid.clone().field();
     let found = match mesh(&field, (Method::Cubes, &options), &Silent) {
@@ -271,7 +271,7 @@ fn the_scale_of_values_does_not_matter() {
             // The ground truth's products overflow: it is that of the grid before.
             let options = Options {
                 cell: 1.0,
-                ..Options::new(cube(3, 0.0, 4.0))
+                ..support::open(cube(3, 0.0, 4.0))
             };
             let found = mesh(&scaled.field(), (Method::Cubes, &options), &Silent).unwrap();
             let topology = found.shape.topology();

@@ -25,7 +25,7 @@ fn options(half: f64, cells: usize) -> Options {
     Options {
         cell: 2.0 * half / cells as f64,
         cap: true,
-        ..Options::new(cube(3, -half, half))
+        ..support::open(cube(3, -half, half))
     }
 }
 
@@ -208,7 +208,7 @@ fn random_signs_always_give_closed_manifolds() {
         let options = Options {
             cell: 1.0,
             cap: true,
-            ..Options::new(cube(3, 0.0, 4.0))
+            ..support::open(cube(3, 0.0, 4.0))
         };
         let made = dual(&field, &options).unwrap();
         let topology = made.shape.topology();
@@ -223,7 +223,7 @@ fn random_signs_always_give_closed_manifolds() {
 fn without_a_cap_surfaces_end_in_the_sides_of_the_box() {
     let options = Options {
         cell: 0.1,
-        ..Options::new(cube(3, -0.8, 0.8))
+        ..support::open(cube(3, -0.8, 0.8))
     };
     let made = dual(&sphere(), &options).unwrap();
     assert!(made.statistics.cut_by_box);

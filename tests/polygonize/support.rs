@@ -109,3 +109,11 @@ pub(crate) fn curves(
         _ => None,
     })
 }
+
+/// The usual options, but for surfaces that are left open where the box cuts them.
+pub(crate) fn open(bounds: Bounds) -> Options {
+    Options {
+        cap: false,
+        ..Options::new(bounds)
+    }
+}

@@ -24,11 +24,11 @@ pub(super) const TABLE: &[Builtin] = &[
             "resolution = 64",
             "bounds =",
             "iso = 0",
-            "cap = false",
+            "cap =",
             "tolerance = 1e-9",
             "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles.",
+        "The level set f = iso in a box: a mesh in R3 (by default by dual contouring, which keeps sharp edges), curves in R2, the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`, and curves are unless `cap = true` left open. With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles.",
         polygonize,
     ),
     measure(
