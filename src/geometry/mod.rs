@@ -16,9 +16,11 @@ mod measure;
 mod neighbours;
 mod summation;
 mod topology;
+mod vector;
 
 pub use bounds::Bounds;
 pub(crate) use disjoint_sets::DisjointSets;
+pub(crate) use vector::length;
 
 pub use curves::{Curves, Polyline};
 pub use image::{Animation, Image};

@@ -2,5 +2,8 @@
 
 mod bracketing;
 mod cubes;
+mod expression;
+mod newton;
+mod plane;
 mod squares;
 mod support;
