@@ -26,6 +26,9 @@ use crate::graph::interval::{Enclosure, Regularity};
 /// How often a cell is quartered at most.
 const DEEPEST: u32 = 8;
 
+/// No cells are quartered beyond so many, as where enclosures are wide in a whole region.
+const MOST_CELLS: usize = 1 << 21;
+
 /// What F is before it is enclosed.
 const UNKNOWN: Enclosure = Enclosure {
     range: Interval::ENTIRE,
@@ -59,6 +62,12 @@ pub(super) fn find(job: &Job) -> Result<Found, PolygonizeError> {
     let bounds = job.options.bounds;
     let ghosts = 2 * grid.ghosts;
     let roots = [0, 1].map(|axis| grid.points(axis) - 1 - ghosts);
+    // Places are numbers of 32 bits.
+    let limit = (u32::MAX >> DEEPEST) as usize;
+    if let Some(&many) = roots.iter().find(|&&count| count > limit) {
+        let needed = many as f64;
+        return Err(PolygonizeError::TooManyCells { needed, limit });
+    }
     let mut tree = Tree {
         job,
         counts: roots.map(|count| count << DEEPEST),
@@ -173,10 +182,13 @@ impl Tree<'_> {
                 if settled || depth == DEEPEST {
                     leaves.push(Cell { clear, ..*cell });
                 } else {
-                    quartered.extend(cell.quarters());
+                    quartered.push(Cell { clear, ..*cell });
                 }
             }
-            open = quartered;
+            if leaves.len() + 4 * quartered.len() > MOST_CELLS {
+                leaves.append(&mut quartered);
+            }
+            open = quartered.iter().flat_map(Cell::quarters).collect();
             let part = f64::from(depth + 1) / f64::from(DEEPEST + 1);
             self.job.monitor.progress("quadtree", part);
         }
@@ -359,8 +371,8 @@ struct Known {
 impl Known {
     fn verdict(&self) -> Verdict {
         let Enclosure { range, regularity } = self.value;
-        // What is not a number counts as outside.
-        if range.is_empty() || range.low > 0.0 {
+        // What is not a number counts as outside, and so does 0, which products miss by rounding.
+        if range.is_empty() || range.low >= -f64::MIN_POSITIVE {
             return Verdict::Empty;
         }
         if !range.contains(0.0) && regularity != Regularity::Partial {

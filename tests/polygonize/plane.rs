@@ -416,3 +416,40 @@ fn a_quadtree_stops_where_the_curve_is_singular_and_says_so() {
     assert!((area(&rounded.shape) / (PI - 4.0 * segment) - 1.0).abs() < 2e-3);
     assert_eq!(rounded.shape.polylines.len(), 1);
 }
+
+#[test]
+fn flat_regions_and_regions_without_values_have_no_curve_inside() {
+    // 0 in a disk and positive outside: nothing is inside.
+    let flat = plane(|x, y| {
+        let outside = x.square() + y.square() - 0.5;
+        outside.max(&outside.number(0.0))
+    });
+    let options = Options {
+        cell: 0.25,
+        ..Options::new(cube(2, -1.0, 1.0))
+    };
+    for method in [Method::Squares, Method::Quadtree, Method::Continuation] {
+        let found = curves(&flat, (method, &options), &Silent);
+        assert!(
+            matches!(found, Err(PolygonizeError::NoSurface { .. })),
+            "{method:?}"
+        );
+    }
+    // Negative in the disk and not a number outside: the solid ends where it is defined.
+    let dome = plane(|x, y| -(0.5 - x.square() - y.square()).sqrt() - 0.1);
+    for method in [Method::Squares, Method::Quadtree] {
+        match curves(&dome, (method, &options), &Silent) {
+            Err(PolygonizeError::NoSurface { undefined, .. }) => assert!(undefined > 0),
+            found => panic!("{found:?}"),
+        }
+    }
+    // The half of a disk on which the field is defined, closed by a line.
+    let half = plane(|x, y| x.square() + y.square() - 0.5 + 0.0 * y.sqrt());
+    let found = curves(&half, (Method::Quadtree, &options), &Silent).unwrap();
+    assert!(
+        (area(&found.shape) - 0.25 * PI).abs() < 1e-2,
+        "{}",
+        area(&found.shape)
+    );
+    assert!(!found.statistics.proven && found.statistics.nan_points > 0);
+}

@@ -185,6 +185,7 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let found = polygonize::polygonize(&field, &options, monitor)
         .map_err(|error| polygonize_failure(error, arguments))?;
     warn_about_mesh(session, arguments, &found.statistics, &options);
+    warn_about_components(session, arguments, &found);
     if let Shape::Roots(roots) = &found.shape {
         warn_about_roots(session, arguments, roots);
         session.isolated = Some(roots.clone());
@@ -215,6 +216,22 @@ fn roots(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         session.isolated = Some(roots.clone());
     }
     Ok(value_of(found))
+}
+
+/// Says where a method that searches for components cannot prove that it has all of them.
+fn warn_about_components(session: &mut Session, arguments: &Arguments, found: &Polygonized) {
+    let searches = matches!(found.method, Method::Continuation | Method::Quadtree);
+    if !searches || found.statistics.proven {
+        return;
+    }
+    let message = match found.statistics.undecided {
+        0 => "not all of the curve could be followed".to_owned(),
+        cells => format!("{cells} small cells could not be decided"),
+    };
+    let warning = Diagnostic::warning(Code::MaybeMissed, message)
+        .label(arguments.span, "made here")
+        .help("components as small as that may have been missed, as at crossings and cusps");
+    session.host.warn(warning);
 }
 
 /// Names the places in which roots are not proven. Poles, jumps and gaps are warned of like those
