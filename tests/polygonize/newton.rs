@@ -85,7 +85,7 @@ fn where_there_is_none_none_is_found_and_that_is_proven() {
     for found in [
         solve((-1.0, 1.0), |x| x.square() + 1e-9),
         solve((-1.0, 1.0), |x| x.square() + 1e-17),
-        solve((-30.0, 30.0), |x| exponential(x)),
+        solve((-30.0, 30.0), exponential),
         solve((-1.0, 1.0), |x| x.abs() + 0.5),
         solve((-2.0, 2.0), |x| 2.0 + x.sine()),
         solve((1.5, 3.0), |x| x.square() - 2.0),
