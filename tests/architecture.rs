@@ -84,6 +84,7 @@ const KEPT: &[(&str, &str)] = &[
     ("lsp_types", "shell/lsp"),
     ("png", "file"),
     ("ttf_parser", "file"),
+    ("zip", "file"),
     ("similar", "shell"),
     ("notify", "shell"),
     ("nalgebra", "motion"),

@@ -10,15 +10,19 @@
 mod ambiguity;
 mod border;
 mod bracketing;
+mod columns;
 mod continuation;
 mod cubes;
+mod dual;
 mod edge_roots;
 mod error;
 mod grid;
 mod newton;
 mod options;
+mod projection;
 mod quadtree;
 mod roots;
+mod signs;
 mod squares;
 mod statistics;
 
@@ -112,6 +116,7 @@ pub fn polygonize(
         Method::Quadtree => quadtree::find(&job)?,
         Method::Continuation => continuation::find(&job)?,
         Method::Cubes => cubes::march(&job)?,
+        Method::Dual => dual::march(&job)?,
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {

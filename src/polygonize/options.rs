@@ -19,6 +19,8 @@ pub enum Method {
     Continuation,
     /// R3: marching cubes.
     Cubes,
+    /// R3: manifold dual contouring, which keeps sharp edges.
+    Dual,
 }
 
 impl Method {
@@ -30,6 +32,7 @@ impl Method {
         (Method::Quadtree, "quadtree", &[2]),
         (Method::Continuation, "continuation", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Dual, "dual", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.
@@ -112,6 +115,9 @@ pub struct Options {
     pub iso: f64,
     /// The greatest |F − iso| / |F_x| at a vertex, relative to the diagonal of the box.
     pub tolerance: f64,
+    /// Marching cubes: whether the roots nearest to the same grid point are merged into one vertex
+    /// on the level set where that does not change the topology, which removes thin triangles.
+    pub snap: bool,
     /// The greatest number of cells.
     pub cell_limit: usize,
     /// For `Squares`: what is done in ambiguous squares.
@@ -133,6 +139,7 @@ impl Options {
             cap: false,
             iso: 0.0,
             tolerance,
+            snap: false,
             cell_limit: 1 << 30,
             ambiguity: Ambiguity::default(),
             error: None,

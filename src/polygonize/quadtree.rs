@@ -323,7 +323,8 @@ impl Tree<'_> {
             }
         }
         let job = self.job;
-        let (roots, evaluations) = edge_roots::solve(job.field, job.accuracy, &edges, job.monitor);
+        let (roots, evaluations) =
+            edge_roots::solve(&mut { job.field }, job.accuracy, &edges, job.monitor);
         let positions: Vec<DVec3> = roots.iter().map(|root| root.position).collect();
         let statistics = Statistics {
             evaluations,

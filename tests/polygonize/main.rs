@@ -1,9 +1,14 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod compiled;
 mod cubes;
+mod cubes_snapping;
+mod cubes_topology;
+mod dual;
 mod expression;
 mod newton;
 mod plane;
 mod squares;
 mod support;
+mod trilinear;

@@ -30,8 +30,9 @@ pub(super) const TABLE: &[Builtin] = &[
             "tolerance = 1e-9",
             "ambiguity = \"saddle\"",
             "error =",
+            "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares; `\"quadtree\"`, whose cells become smaller until segments are about as near to the curve as `error`, by default a hundredth of `cell`; or `\"continuation\"`, where `cell` is the step), the list of roots in R1 (`\"newton\"`, which proves that none is missed, or `\"bracketing\"`). The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares; `\"quadtree\"`, whose cells become smaller until segments are about as near to the curve as `error`, by default a hundredth of `cell`; or `\"continuation\"`, where `cell` is the step), the list of roots in R1 (`\"newton\"`, which proves that none is missed, or `\"bracketing\"`). The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides). With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles.",
         polygonize,
     ),
     action(
@@ -170,6 +171,9 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     options.iso = iso;
     if let Some(cap) = arguments.bool(session, "cap")? {
         options.cap = cap;
+    }
+    if let Some(snap) = arguments.bool(session, "snap")? {
+        options.snap = snap;
     }
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
@@ -310,7 +314,7 @@ fn value_of(found: Polygonized) -> Value {
             method,
             statistics,
         })),
-        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, statistics))),
+        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, Some(statistics)))),
     }
 }
 
