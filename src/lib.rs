@@ -24,6 +24,8 @@ pub mod engine;
 
 pub mod geometry;
 
+pub mod continuation;
+
 pub mod sample;
 
 pub mod motion;

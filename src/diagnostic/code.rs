@@ -117,6 +117,7 @@ codes! {
     W0815 NotFollowed "points that the surface cannot follow",
     W0816 LostSurface "surface that floaters lose",
     W0817 CrushedSolid "solid that its fall crushes",
+    W0818 UndecidedRoots "roots that are not proven",
 }
 
 impl Code {

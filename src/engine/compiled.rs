@@ -4,9 +4,9 @@ use super::block::Scalars;
 use super::kernel::Kernel;
 use super::slopes::SlopeScalars;
 use super::{Field, Program};
-use crate::graph::NodeId;
 use crate::graph::derive;
 use crate::graph::interval::{Enclosure, Interval};
+use crate::graph::{NodeId, Op};
 use std::sync::{Arc, OnceLock};
 
 /// A program of one root F with its q: a [`Field`].
@@ -105,6 +105,20 @@ impl CompiledField {
             CompiledField::new(Arc::new(program), q)
         };
         (0..dimension).map(along).collect()
+    }
+
+    /// F less a number: where it is 0, F is that number. It runs in blocks, so that nothing is
+    /// compiled.
+    pub fn minus(&self, number: f64) -> CompiledField {
+        let dimension = self.program.dimension();
+        let program = self.program.derived(dimension, |graph, roots, _| {
+            let number = graph.constant(number);
+            let roots = roots.iter();
+            roots
+                .map(|&root| graph.apply(Op::Subtract, &[root, number]))
+                .collect()
+        });
+        CompiledField::new(Arc::new(program), self.q.clone())
     }
 
     /// F at a batch of points in single precision; see [`Program::evaluate_batch_f32`], whose

@@ -24,10 +24,12 @@ mod simplify;
 mod summation;
 mod surgery;
 mod topology;
+mod vector;
 
 pub use bounds::Bounds;
 pub use deviation::{Deviation, Distances, FieldValues};
 pub(crate) use disjoint_sets::DisjointSets;
+pub(crate) use vector::length;
 
 pub use curves::{Curves, Polyline};
 pub use image::{Animation, Image};

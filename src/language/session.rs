@@ -90,6 +90,8 @@ pub struct Session {
     pub(super) given_values: FxHashMap<Arc<str>, Value>,
     /// The settings that a `with` has changed where definitions are run again.
     pub(super) overriding: FxHashMap<Arc<str>, Value>,
+    /// What is known of the roots that were found last, beyond the numbers.
+    pub isolated: Option<crate::polygonize::Roots>,
     /// How many `with`s are running definitions again, one inside the other.
     pub(super) runs_again: u32,
     /// What has been made under other settings.
@@ -185,6 +187,7 @@ impl Session {
             given: IndexMap::new(),
             given_values: FxHashMap::default(),
             overriding: FxHashMap::default(),
+            isolated: None,
             runs_again: 0,
             worlds: IndexMap::new(),
             main_file: None,

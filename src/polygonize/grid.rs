@@ -202,7 +202,7 @@ impl Grid {
 }
 
 /// The coordinate after `step` of `count` equal steps along a side; exact at both ends.
-fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> f64 {
+pub(super) fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> f64 {
     let (done, left) = (step as f64, (count - step) as f64);
     match (step, count - step) {
         (0, _) => low,
@@ -222,8 +222,8 @@ pub(super) struct Layer {
 
 /// The evaluation of F on layer after layer of a grid in R2 or R3.
 pub(super) struct Sweep<'a> {
-    field: &'a dyn Field,
-    iso: f64,
+    pub(super) field: &'a dyn Field,
+    pub(super) iso: f64,
     grid: &'a Grid,
     monitor: &'a dyn Monitor,
     /// The coordinates of a batch of points. Those along the first axis are always the same.

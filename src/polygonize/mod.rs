@@ -7,15 +7,21 @@
 //! said about the topology holds up to the cell size: what is thinner than a cell may be missed,
 //! and so is a zero without a change of sign, such as that of (x² + y² − 1)².
 
+mod ambiguity;
+mod border;
+mod bracketing;
 mod columns;
+mod continuation;
 mod cubes;
 mod dual;
 mod edge_roots;
 mod error;
 mod grid;
+mod newton;
 mod options;
 mod project;
 mod projection;
+mod quadtree;
 mod roots;
 mod signs;
 mod squares;
@@ -29,8 +35,9 @@ use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
 pub use error::PolygonizeError;
-pub use options::{Method, Options, default_cell};
+pub use options::{Ambiguity, Method, Options, default_cell};
 pub use project::{project, values_at};
+pub use roots::{IsolatedRoot, Reason, Roots, Undecided};
 pub use statistics::Statistics;
 
 /// A level set as polygons.
@@ -47,8 +54,8 @@ pub struct Polygonized {
 /// What a level set is made of, by the dimension of the field.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// R1: the roots, ascending. Poor roots are not among them.
-    Roots(Vec<f64>),
+    /// R1: the roots, and what is undecided.
+    Roots(Roots),
     /// R2: the curves, F < iso on their left.
     Curves(Curves),
     /// R3: the mesh, counter-clockwise seen from F > iso, with normals F_x / |F_x|; inside caps
@@ -89,11 +96,15 @@ pub fn polygonize(
             bounds: dimension,
         });
     }
-    let method = options.method.unwrap_or(Method::usual(dimension));
+    let mut method = options.method.unwrap_or(Method::usual(dimension));
     if !method.dimensions().contains(&dimension) {
         return Err(PolygonizeError::WrongMethod { method, dimension });
     }
     check_options(options)?;
+    // Without enclosures there is nothing to prove with.
+    if method == Method::Newton && field.compiled().is_none() {
+        method = Method::Bracketing;
+    }
     let job = Job {
         field,
         options,
@@ -101,13 +112,20 @@ pub fn polygonize(
         monitor,
     };
     let (shape, seen, statistics) = match method {
-        Method::Bracketing => roots::find(&job)?,
+        Method::Bracketing => bracketing::find(&job)?,
+        Method::Newton => newton::find(&job)?,
         Method::Squares => squares::march(&job)?,
+        Method::Quadtree => quadtree::find(&job)?,
+        Method::Continuation => continuation::find(&job)?,
         Method::Cubes => cubes::march(&job)?,
         Method::Dual => dual::march(&job)?,
     };
     // Of poor roots alone there is no level set.
-    if statistics.good_roots == 0 {
+    let may_have_more = match &shape {
+        Shape::Roots(roots) => roots.undecided.iter().any(|part| !part.reason.is_break()),
+        _ => false,
+    };
+    if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));
     }
     Ok(Polygonized {

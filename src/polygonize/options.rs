@@ -8,8 +8,15 @@ use crate::geometry::Bounds;
 pub enum Method {
     /// R1: signs at the ends of equal cells (Hoff).
     Bracketing,
+    /// R1: interval Newton isolation, which proves that no root is missed. Fields that are not
+    /// compiled are left to `Bracketing`.
+    Newton,
     /// R2: marching squares.
     Squares,
+    /// R2: marching squares on an adaptive quadtree, pruned by enclosures.
+    Quadtree,
+    /// R2: curves followed by prediction and correction, from starts that enclosures find.
+    Continuation,
     /// R3: marching cubes.
     Cubes,
     /// R3: manifold dual contouring, which keeps sharp edges.
@@ -19,8 +26,11 @@ pub enum Method {
 impl Method {
     /// All methods with their names and the dimensions they are for.
     pub const TABLE: &'static [(Method, &'static str, &'static [usize])] = &[
+        (Method::Newton, "newton", &[1]),
         (Method::Bracketing, "bracketing", &[1]),
         (Method::Squares, "squares", &[2]),
+        (Method::Quadtree, "quadtree", &[2]),
+        (Method::Continuation, "continuation", &[2]),
         (Method::Cubes, "cubes", &[3]),
         (Method::Dual, "dual", &[3]),
     ];
@@ -28,7 +38,7 @@ impl Method {
     /// The method that is taken in so many dimensions if none is asked for.
     pub fn usual(dimension: usize) -> Method {
         match dimension {
-            1 => Method::Bracketing,
+            1 => Method::Newton,
             2 => Method::Squares,
             _ => Method::Dual,
         }
@@ -62,6 +72,32 @@ impl Method {
     }
 }
 
+/// What is done in a square with two opposite corners inside and the other two outside.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ambiguity {
+    /// The corners inside are joined if the bilinear interpolant is below the level at its saddle
+    /// (the asymptotic decider of Nielson and Hamann, 1991).
+    #[default]
+    Saddle,
+    /// They are joined.
+    Join,
+    /// They are separated.
+    Separate,
+    /// F itself decides: the square is subdivided until a path along the finer grid joins the
+    /// corners inside, or those outside; at the last, the saddle does.
+    Subdivide,
+}
+
+impl Ambiguity {
+    /// All rules with their names.
+    pub const NAMES: &'static [(Ambiguity, &'static str)] = &[
+        (Ambiguity::Saddle, "saddle"),
+        (Ambiguity::Join, "join"),
+        (Ambiguity::Separate, "separate"),
+        (Ambiguity::Subdivide, "subdivide"),
+    ];
+}
+
 /// How to polygonize.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -84,6 +120,11 @@ pub struct Options {
     pub snap: bool,
     /// The greatest number of cells.
     pub cell_limit: usize,
+    /// For `Squares`: what is done in ambiguous squares.
+    pub ambiguity: Ambiguity,
+    /// For `Quadtree`: about the greatest distance between the curve and the segments, a length;
+    /// `None` for a hundredth of a cell.
+    pub error: Option<f64>,
 }
 
 impl Options {
@@ -100,7 +141,16 @@ impl Options {
             tolerance,
             snap: false,
             cell_limit: 1 << 30,
+            ambiguity: Ambiguity::default(),
+            error: None,
         }
+    }
+}
+
+impl Options {
+    /// The distance that `error` stands for.
+    pub(super) fn error(&self) -> f64 {
+        self.error.unwrap_or(0.01 * self.cell)
     }
 }
 
@@ -146,5 +196,6 @@ pub(super) fn check_options(options: &Options) -> Result<(), PolygonizeError> {
     demand(positive(options.cell), "cell", size, options.cell)?;
     let tolerance = options.tolerance;
     demand(positive(tolerance), "tolerance", size, tolerance)?;
+    demand(positive(options.error()), "error", size, options.error())?;
     demand(options.iso.is_finite(), "iso", "be finite", options.iso)
 }

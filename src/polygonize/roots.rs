@@ -1,85 +1,106 @@
-//! Roots in R1: bracketing on uniform cells, then the solver for grid edges.
+//! What is known of the roots of a field in R1.
 
-use std::ops::Range;
-
-use glam::DVec3;
-
-use super::edge_roots::{self, Accuracy, Edge, Root};
-use super::grid::{Seen, for_each_slab};
-use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
-use crate::engine::{Field, Monitor};
-
-/// The roots of F − iso in the interval, both ends included, in ascending order: one for each
-/// change of sign between neighbouring grid points, and every grid point at which F = iso exactly.
-///
-/// Unlike the vertices of curves and surfaces, poor roots are left out: nothing depends on them,
-/// and a pole is no root.
-pub(super) fn find(job: &Job) -> Result<Found, PolygonizeError> {
-    let grid = &uniform_grid(job.options)?;
-    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
-    let points = &grid.coordinates[0];
-    let pieces = for_each_slab(grid, "finding roots", monitor, |cells| {
-        find_piece(field, accuracy, points, cells, monitor)
-    })?;
-
-    let mut found = Vec::new();
-    let mut seen = Seen::default();
-    let mut statistics = Statistics::default();
-    for (roots, piece_seen, evaluations) in pieces {
-        let good = roots.iter().filter(|root| !root.is_poor());
-        found.extend(good.map(|root| root.position.x));
-        seen = seen.and(piece_seen);
-        statistics = statistics.and(Statistics {
-            evaluations,
-            nan_points: piece_seen.nan,
-            ..Statistics::of_roots(&roots)
-        });
-    }
-    // Two roots within the tolerance of the grid point between them are both there.
-    found.dedup();
-    statistics.good_roots = found.len();
-    let at_end = |root: &f64| *root == points[0] || *root == points[points.len() - 1];
-    statistics.cut_by_box = found.iter().any(at_end);
-    statistics.cells = grid.cells();
-    Ok((Shape::Roots(found), seen, statistics))
+/// The roots in an interval, and where nothing certain can be said.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Roots {
+    /// The roots, ascending. Poles, jumps and ends of the domain are none.
+    pub roots: Vec<IsolatedRoot>,
+    /// The parts of the interval that could not be decided, ascending. Outside of them and of the
+    /// enclosures of the roots there is no root if the method is `Newton`.
+    pub undecided: Vec<Undecided>,
 }
 
-/// The roots in a range of cells, not counting its upper end unless that is the last point; what
-/// was seen at the same points, and the number of evaluations.
-fn find_piece(
-    field: &dyn Field,
-    accuracy: Accuracy,
-    points: &[f64],
-    cells: Range<usize>,
-    monitor: &dyn Monitor,
-) -> (Vec<Root>, Seen, usize) {
-    let last = cells.end + 1 == points.len();
-    let points = &points[cells.start..=cells.end];
-    let own = if last { points.len() } else { points.len() - 1 };
-    let mut values = vec![0.0; points.len()];
-    field.values(&[points], &mut values);
-    values.iter_mut().for_each(|value| *value -= accuracy.iso);
+/// A root.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IsolatedRoot {
+    /// Where.
+    pub value: f64,
+    /// An interval that holds the root; where nothing is proven, one that should.
+    pub enclosure: (f64, f64),
+    /// Whether it is proven that there is exactly one root in the enclosure, and a simple one.
+    pub proven: bool,
+}
 
-    let edge = |inside: usize, outside: usize| Edge {
-        inside: DVec3::new(points[inside], 0.0, 0.0),
-        axis: 0,
-        outside: points[outside],
-        inside_value: values[inside],
-        outside_value: values[outside],
-    };
-    let mut edges = Vec::new();
-    for here in 0..own {
-        if values[here] == 0.0 {
-            // A root at a grid point, once and exactly: an edge of no length.
-            edges.push(edge(here, here));
-        } else if here + 1 < points.len() && values[here + 1] != 0.0 {
-            match (values[here] < 0.0, values[here + 1] < 0.0) {
-                (true, false) => edges.push(edge(here, here + 1)),
-                (false, true) => edges.push(edge(here + 1, here)),
-                _ => {}
+/// A part of the interval of which intervals prove neither that it has no root nor that it has
+/// exactly one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Undecided {
+    /// Where it begins.
+    pub low: f64,
+    /// Where it ends.
+    pub high: f64,
+    /// What it seems to be.
+    pub reason: Reason,
+    /// The root there, if F is 0 at one to rounding; it is among the roots, too.
+    pub root: Option<f64>,
+}
+
+/// Why a part of the interval is undecided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reason {
+    /// F comes to 0 without a change of sign: a root of even order, or none.
+    Touches,
+    /// F changes its sign, so there is a root, but perhaps of higher order, or several.
+    Multiple,
+    /// The end of the interval is a root to rounding, which may lie beyond it.
+    End,
+    /// F is 0 all along.
+    Vanishes,
+    /// F grows beyond all bounds.
+    Pole,
+    /// F jumps.
+    Jump,
+    /// F is not defined there, or on one side.
+    Undefined,
+    /// The search was given up: there are too many roots, or F is too steep.
+    Unfinished,
+}
+
+impl Reason {
+    /// In words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Reason::Touches => "the field comes to 0 without changing its sign",
+            Reason::Multiple => {
+                "the field changes its sign at a root of higher order, or at several"
             }
+            Reason::End => "the root is at the end of the interval, or just beyond",
+            Reason::Vanishes => "the field is 0 all along",
+            Reason::Pole => "the field has a pole",
+            Reason::Jump => "the field jumps",
+            Reason::Undefined => "the field is not defined there, or on one side",
+            Reason::Unfinished => "the search was given up",
         }
     }
-    let (roots, more) = edge_roots::solve(&mut { field }, accuracy, &edges, monitor);
-    (roots, Seen::of_values(&values[..own]), points.len() + more)
+
+    /// One word for it, as in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::Touches => "touches",
+            Reason::Multiple => "multiple",
+            Reason::End => "end",
+            Reason::Vanishes => "vanishes",
+            Reason::Pole => "pole",
+            Reason::Jump => "jump",
+            Reason::Undefined => "undefined",
+            Reason::Unfinished => "unfinished",
+        }
+    }
+
+    /// Whether F cannot be 0 there although intervals do not show it.
+    pub fn is_break(self) -> bool {
+        matches!(self, Reason::Pole | Reason::Jump | Reason::Undefined)
+    }
+}
+
+impl Roots {
+    /// The roots as numbers.
+    pub fn values(&self) -> Vec<f64> {
+        self.roots.iter().map(|root| root.value).collect()
+    }
+
+    /// Whether the list is proven to be that of all roots, each of them simple.
+    pub fn is_proven(&self) -> bool {
+        self.undecided.is_empty() && self.roots.iter().all(|root| root.proven)
+    }
 }

@@ -2,8 +2,8 @@
 //!
 //! As in marching cubes the grid is worked off in slabs of rows, in parallel, and vertices are
 //! the roots on crossed edges, numbered such that the numbers of a slab go on with those of the
-//! next. The rule for a square is the one that marching cubes applies to the faces of a cube:
-//! every run of inside corners on the way around it is cut off by one segment. As segments are
+//! next. Every run of inside corners on the way around a square is cut off by one segment, but where
+//! there are two runs, which [`ambiguity`](super::ambiguity) may join. As segments are
 //! oriented, with the inside on their left, every vertex has at most one successor and
 //! polylines are found by following it.
 
@@ -11,9 +11,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use super::ambiguity::Ambiguous;
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
-use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
+use super::{Ambiguity, Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Polyline};
 
@@ -23,7 +24,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     let grid = &uniform_grid(job.options)?;
     let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
     let pieces = for_each_slab(grid, "marching squares", monitor, |cells| {
-        Slab::new(grid).march(field, accuracy, cells, monitor)
+        Slab::new(grid, job.options.ambiguity).march(field, accuracy, cells, monitor)
     })?;
     let mut positions = Vec::new();
     let mut segments = Vec::new();
@@ -54,7 +55,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
 }
 
 /// Joins segments to polylines, in the order of their first vertices, open ones first.
-fn join(positions: &[DVec3], segments: &[[usize; 2]]) -> Vec<Polyline> {
+pub(super) fn join(positions: &[DVec3], segments: &[[usize; 2]]) -> Vec<Polyline> {
     let mut successor = vec![None; positions.len()];
     let mut has_predecessor = vec![false; positions.len()];
     for &[from, to] in segments {
@@ -113,12 +114,17 @@ struct Slab<'a> {
     edges: Vec<Edge>,
     segments: Vec<[usize; 2]>,
     cut_by_box: bool,
+    rule: Ambiguity,
+    /// Evaluations in ambiguous squares.
+    evaluations: usize,
 }
 
 impl<'a> Slab<'a> {
-    fn new(grid: &'a Grid) -> Self {
+    fn new(grid: &'a Grid, rule: Ambiguity) -> Self {
         Slab {
             grid,
+            rule,
+            evaluations: 0,
             edges: Vec::new(),
             segments: Vec::new(),
             cut_by_box: false,
@@ -159,7 +165,7 @@ impl<'a> Slab<'a> {
                 own_vertices = self.edges.len();
                 seen = seen.and(above);
             }
-            self.add_segments([&lower, &upper], &between);
+            self.add_segments(&sweep, [&lower, &upper], (&between, index));
             std::mem::swap(&mut lower, &mut upper);
         }
         self.edges.truncate(own_vertices);
@@ -169,7 +175,7 @@ impl<'a> Slab<'a> {
             segments: self.segments,
             seen,
             statistics: Statistics {
-                evaluations: evaluations + more,
+                evaluations: evaluations + more + self.evaluations,
                 nan_points: seen.nan,
                 cut_by_box: self.cut_by_box,
                 ..Statistics::of_roots(&roots)
@@ -211,8 +217,13 @@ impl<'a> Slab<'a> {
         self.edges.len() - 1
     }
 
-    /// Adds the segments of the squares between two rows.
-    fn add_segments(&mut self, [lower, upper]: [&Row; 2], between: &[usize]) {
+    /// Adds the segments of the squares between two rows, of which the lower has the index `j`.
+    fn add_segments(
+        &mut self,
+        sweep: &Sweep,
+        [lower, upper]: [&Row; 2],
+        (between, j): (&[usize], usize),
+    ) {
         let [low, high] = [lower, upper].map(|row| &row.layer.inside);
         for i in 0..between.len() - 1 {
             // The corners counter-clockwise, and the vertex on the edge from each to the next.
@@ -223,16 +234,46 @@ impl<'a> Slab<'a> {
                 upper.vertices[i],
                 between[i],
             ];
+            let opposite = corners[0] == corners[2] && corners[1] == corners[3];
+            let joins =
+                opposite && corners[0] != corners[1] && self.joins(sweep, [lower, upper], [i, j]);
             for entry in 0..4 {
                 // A run of inside corners begins after the edge `entry`; it is cut off by the
-                // segment back from the edge where it ends.
+                // segment back from the edge where it ends. Where the runs are joined, the segment
+                // leads back from where the other one ends, which is the edge before `entry`.
                 if corners[entry] == 1 || corners[(entry + 1) % 4] == 0 {
                     continue;
                 }
-                let exit = (entry + 1..entry + 4).find(|&exit| corners[(exit + 1) % 4] == 0);
+                let exit = match joins {
+                    true => Some(entry + 3),
+                    false => (entry + 1..entry + 4).find(|&exit| corners[(exit + 1) % 4] == 0),
+                };
                 self.segments
                     .extend(exit.map(|exit| [vertices[exit % 4], vertices[entry]]));
             }
         }
+    }
+
+    /// Whether the corners inside of an ambiguous square are joined.
+    fn joins(&mut self, sweep: &Sweep, [lower, upper]: [&Row; 2], [i, j]: [usize; 2]) -> bool {
+        let value = |row: &Row, i: usize| sweep.value(&row.layer, i, 0);
+        let [x, y] = [0, 1].map(|axis| &self.grid.coordinates[axis]);
+        let ambiguous = Ambiguous {
+            values: [
+                value(lower, i),
+                value(lower, i + 1),
+                value(upper, i + 1),
+                value(upper, i),
+            ],
+            corners: [[x[i], y[j]], [x[i + 1], y[j + 1]]],
+        };
+        // Ghosts beside the box have nothing to join.
+        let rule = match ambiguous.values.contains(&f64::INFINITY) {
+            true => Ambiguity::Separate,
+            false => self.rule,
+        };
+        let (joins, evaluations) = ambiguous.joins(rule, sweep.field, sweep.iso);
+        self.evaluations += evaluations;
+        joins
     }
 }

@@ -25,6 +25,10 @@ pub struct Statistics {
     /// The poor roots that are ends of the domain: F < iso on one side, F NaN on the other. There
     /// the solid F < iso ends indeed.
     pub domain_ends: usize,
+    /// Cells in which a method that searches by enclosures could not decide whether there is more.
+    pub undecided: usize,
+    /// Whether enclosures prove that no component, and no root, was missed.
+    pub proven: bool,
 }
 
 impl Statistics {
@@ -53,6 +57,8 @@ impl Statistics {
             good_roots: self.good_roots + other.good_roots,
             poor_roots: self.poor_roots + other.poor_roots,
             domain_ends: self.domain_ends + other.domain_ends,
+            undecided: self.undecided + other.undecided,
+            proven: self.proven && other.proven,
         }
     }
 }

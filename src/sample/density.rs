@@ -25,12 +25,12 @@ use std::time::Instant;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::evaluation::{Batch, Evaluation, length};
+use super::evaluation::{Batch, Evaluation};
 use super::floaters::balance::number_for;
 use super::floaters::default_count;
 use super::{Method, Options, Outcome, SampleError, Varying, out_of_range, sample};
 use crate::engine::{Field, Monitor};
-use crate::geometry::{Bounds, Samples};
+use crate::geometry::{Bounds, Samples, length};
 
 /// Points of the coarse sample.
 const COARSE: u64 = 500;

@@ -31,10 +31,10 @@
 //! The inertia is what this method is for: a particle with little friction rolls through
 //! shallow minima of |h| that hold a kinematic one.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Potential;
-use super::evaluation::length;
 use super::particle::{Motion, Particle, first_displacement, shortening};
 
 /// The dynamic rule of motion.

@@ -3,6 +3,7 @@
 //! The methods think in single particles; the field is evaluated in batches of columns. This
 //! file is the seam between the two.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use crate::engine::Field;
@@ -42,21 +43,6 @@ impl Evaluation {
             DVec3::ZERO
         }
     }
-}
-
-/// The length of a vector without the underflow and overflow of the squares: gradients in the
-/// far field of a Gaussian are easily as small as 1e-200 and still point the right way.
-pub(super) fn length(vector: DVec3) -> f64 {
-    let plain = vector.length();
-    if (1e-150..1e150).contains(&plain) {
-        // The squares that matter were normal numbers.
-        return plain;
-    }
-    let largest = vector.abs().max_element();
-    if largest == 0.0 || !largest.is_finite() {
-        return largest;
-    }
-    largest * (vector / largest).length()
 }
 
 /// Columns for evaluating a field at many points in one call, kept from one call to the next.
@@ -112,16 +98,6 @@ impl Batch {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lengths_survive_tiny_and_huge_components() {
-        // 3, 4, 5 times powers of two, so that nothing is rounded.
-        for scale in [2.0_f64.powi(-700), 1.0, 2.0_f64.powi(700)] {
-            let vector = DVec3::new(0.0, 3.0 * scale, -4.0 * scale);
-            assert_eq!(length(vector), 5.0 * scale);
-        }
-        assert_eq!(length(DVec3::ZERO), 0.0);
-    }
 
     #[test]
     fn the_distance_is_zero_where_the_value_is_zero_and_infinite_where_only_the_gradient_is() {

@@ -27,10 +27,10 @@
 //! sampling"). With h in units of its first value the same δ serves: where h is close to linear
 //! δ |∇h|² is 1, every step is Newton's, and where it is not, crossings halve the step as they do for h.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Potential;
-use super::evaluation::length;
 use super::particle::{Motion, Particle, first_displacement, shortening};
 
 /// The kinematic rule of motion.

@@ -631,7 +631,7 @@ fn check(options: &Options) -> Result<(), SampleError> {
         if options.method != Method::Rays {
             return range("direction", "left out with this method", &direction);
         }
-        let length = evaluation::length(direction);
+        let length = crate::geometry::length(direction);
         if !(length > 0.0 && length.is_finite()) {
             return range("direction", "a finite vector that is not 0", &direction);
         }

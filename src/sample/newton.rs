@@ -16,8 +16,9 @@
 
 use glam::DVec3;
 
-use super::evaluation::{Batch, Evaluation, length};
+use super::evaluation::{Batch, Evaluation};
 use crate::engine::Field;
+use crate::geometry::length;
 
 /// The largest number of evaluations per point. A regular point needs three or four. A zero of
 /// multiplicity m needs log(accuracy) / log(1 - 1/m), about 75 for m = 7 from 1e-4 to 1e-9, and

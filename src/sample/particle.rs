@@ -1,9 +1,10 @@
 //! One particle, and the rule by which a method moves it.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Potential;
-use super::evaluation::{Evaluation, length};
+use super::evaluation::Evaluation;
 
 /// No displacement is longer than this part of the diagonal of the search box.
 ///

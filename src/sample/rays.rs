@@ -25,7 +25,6 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::evaluation::length;
 use super::floaters::balance::number_for;
 use super::lines::{CHUNK, Cost, Crossing, Segment, Wanted, intersect};
 use super::newton::Point;
@@ -33,7 +32,7 @@ use super::random::Stream;
 use super::statistics::{Estimate, Lines, Statistics};
 use super::{Options, Outcome, SampleError, out_of_range, refuse_too_fine, samples};
 use crate::engine::{Field, Monitor};
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, length};
 use crate::math::scalar::{cos, sin};
 
 /// The purpose of the random stream; others take smaller numbers.

@@ -256,6 +256,12 @@ pub(super) struct Mesh {
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
+    /// For squares with opposite corners inside: saddle, join, separate or subdivide
+    #[arg(long, value_name = "NAME")]
+    pub(super) ambiguity: Option<String>,
+    /// For the quadtree: how near segments are to the curve
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) error: Option<String>,
     /// Prints all measures of the mesh: topology, quality of the triangles, self-intersections, and
     /// how far it is from the field's surface
     #[arg(long)]

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use serde_json::{Map, Value as Json};
+use serde_json::{Map, Value as Json, json};
 
 use super::arguments::{Common, Mesh, Sample, Subject};
 use super::workspace::{Workspace, limits};
@@ -12,10 +12,11 @@ use super::{output, timings};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::file;
 use crate::language::builtin::file_failure;
-use crate::language::json::json;
+use crate::language::json::json as json_of;
 use crate::language::product::{self, MeshSet};
 use crate::language::show::{show, table};
 use crate::language::{FieldValue, Mode, Outcome, Value};
+use crate::polygonize::{IsolatedRoot, Roots};
 use crate::syntax::tree::Expression;
 
 /// A flag that is an argument of the language's function: its name and the text of its value.
@@ -24,8 +25,11 @@ pub(super) type Flag<'a> = (&'a str, Option<&'a str>);
 /// Polygonizes a field; fails with an exit code.
 pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
+    let ambiguity = command.ambiguity.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
+        ("ambiguity", ambiguity.as_deref()),
+        ("error", command.error.as_deref()),
         ("cell", command.cell.as_deref()),
         ("resolution", command.resolution.as_deref()),
         ("iso", command.iso.as_deref()),
@@ -149,13 +153,16 @@ pub(super) fn make(
     };
     if common.json {
         let mut object = object(output.as_deref(), &value);
+        if let Some(isolated) = &workspace.session.isolated {
+            object.extend(told_of_roots(isolated));
+        }
         if let Some(phases) = &timings {
             object.insert("timings".into(), timings::json(&workspace, phases));
         }
         for (title, rows) in report.iter().flatten() {
             let rows = rows
                 .iter()
-                .map(|(name, value)| (String::from(*name), json(value)));
+                .map(|(name, value)| (String::from(*name), json_of(value)));
             if *title == MESH {
                 for (name, value) in rows {
                     // What is already there keeps its form.
@@ -273,12 +280,34 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
     Ok(path)
 }
 
+/// What is known of roots beyond their values: for each whether it is proven and an interval that
+/// holds it, and what is undecided.
+fn told_of_roots(roots: &Roots) -> Map<String, Json> {
+    let of_each = |told: fn(&IsolatedRoot) -> Json| roots.roots.iter().map(told).collect::<Json>();
+    let undecided = roots.undecided.iter().map(|part| {
+        json!({
+            "low": part.low,
+            "high": part.high,
+            "reason": part.reason.name(),
+            "root": part.root,
+        })
+    });
+    Map::from_iter([
+        ("proven".to_owned(), of_each(|root| root.proven.into())),
+        (
+            "enclosures".to_owned(),
+            of_each(|root| json!([root.enclosure.0, root.enclosure.1])),
+        ),
+        ("undecided".to_owned(), undecided.collect()),
+    ])
+}
+
 fn object(output: Option<&Path>, value: &Value) -> Map<String, Json> {
     let mut object = Map::new();
     if let Some(path) = output {
         object.insert("output".into(), path.display().to_string().into());
     }
-    match json(value) {
+    match json_of(value) {
         Json::Object(properties) => object.extend(properties),
         roots => drop(object.insert("roots".into(), roots)),
     }

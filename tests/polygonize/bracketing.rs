@@ -14,7 +14,7 @@ fn roots(
 ) -> Result<Made<Vec<f64>>, PolygonizeError> {
     let method = (Method::Bracketing, options);
     support::made(field, method, monitor, |shape| match shape {
-        Shape::Roots(roots) => Some(roots),
+        Shape::Roots(roots) => Some(roots.values()),
         _ => None,
     })
 }

@@ -5,12 +5,11 @@ use super::{Arguments, Builtin, action};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
 use crate::geometry::Bounds;
-use crate::graph::{Interval, Op};
+use crate::graph::Interval;
 use crate::language::FieldValue;
 use crate::language::function::At;
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(super) const TABLE: &[Builtin] = &[action(
@@ -42,7 +41,7 @@ pub(super) fn found_bounds(
 ) -> Outcome<Bounds> {
     let sides = match iso == 0.0 {
         true => sides(field, arguments, monitor)?,
-        false => sides(&minus(field, iso), arguments, monitor)?,
+        false => sides(&field.minus(iso), arguments, monitor)?,
     };
     rounded(&sides).ok_or_else(|| no_box(arguments, "no finite box holds it"))
 }
@@ -112,19 +111,6 @@ fn rounded(sides: &[Interval]) -> Option<Bounds> {
         })
         .collect();
     Bounds::from_sides(&sides)
-}
-
-/// The field less a number.
-fn minus(field: &CompiledField, number: f64) -> CompiledField {
-    let program = field.program();
-    let program = program.derived(program.dimension(), |graph, roots, _| {
-        let number = graph.constant(number);
-        let roots = roots.iter();
-        roots
-            .map(|&root| graph.apply(Op::Subtract, &[root, number]))
-            .collect()
-    });
-    CompiledField::new(Arc::new(program), field.parameters().to_vec())
 }
 
 /// The proven sides.

@@ -1,7 +1,8 @@
-//! Which arguments of `sample` belong to which of its methods.
+//! Which arguments of `sample` and `polygonize` belong to which of their methods.
 
 use super::Arguments;
 use crate::language::value::Outcome;
+use crate::polygonize;
 use crate::sample::Method;
 
 /// Those that spread by repulsion, and those that are released.
@@ -10,7 +11,7 @@ const FLYING: &[Method] = &[Method::Kinematic, Method::Dynamic];
 
 /// The arguments that not every method knows, with those that do. `spacing`, `exact`, `sigma` and
 /// `adapt` depend on other arguments, too, and are checked by the samplers.
-const TABLE: &[(&str, &[Method])] = &[
+pub(super) const SAMPLERS: &[(&str, &[Method])] = &[
     ("seeds", FLOATING),
     ("friction", &[Method::Dynamic]),
     ("potential", FLYING),
@@ -27,9 +28,20 @@ const TABLE: &[(&str, &[Method])] = &[
     ("delta", FLOATING),
 ];
 
+/// The same for polygonizers.
+pub(super) const POLYGONIZERS: &[(&str, &[polygonize::Method])] = &[
+    ("ambiguity", &[polygonize::Method::Squares]),
+    ("error", &[polygonize::Method::Quadtree]),
+];
+
 /// Refuses arguments that the method would ignore.
-pub(super) fn check(arguments: &Arguments, method: Method) -> Outcome<()> {
-    let foreign = TABLE
+pub(super) fn check<M: Copy + PartialEq>(
+    arguments: &Arguments,
+    method: M,
+    table: &[(&str, &[M])],
+    name_of: fn(M) -> &'static str,
+) -> Outcome<()> {
+    let foreign = table
         .iter()
         .find(|(name, methods)| arguments.given(name).is_some() && !methods.contains(&method));
     let Some((name, methods)) = foreign else {
@@ -37,11 +49,11 @@ pub(super) fn check(arguments: &Arguments, method: Method) -> Outcome<()> {
     };
     let methods: Vec<String> = methods
         .iter()
-        .map(|method| format!("\"{}\"", method.name()))
+        .map(|method| format!("\"{}\"", name_of(*method)))
         .collect();
     let message = format!(
         "`{name}` has no meaning with the method \"{}\": it is for {}",
-        method.name(),
+        name_of(method),
         methods.join(" and ")
     );
     Err(arguments.bad(name, message))

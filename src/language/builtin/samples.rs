@@ -87,7 +87,7 @@ fn sample(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
             arguments.bad("method", message)
         })?,
     };
-    methods::check(arguments, method)?;
+    methods::check(arguments, method, methods::SAMPLERS, Method::name)?;
     let bounds = match (given, method) {
         (Some(bounds), _) => Some(bounds),
         (None, Method::Kinematic | Method::Dynamic) => None,

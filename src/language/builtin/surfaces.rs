@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::extent::found_bounds;
-use super::{Arguments, Builtin, action, pure};
+use super::{Arguments, Builtin, action, methods, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
 use crate::geometry::Bounds;
@@ -12,7 +12,9 @@ use crate::language::function::At;
 use crate::language::product::{self, CurveSet, MeshSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::polygonize::{self, Method, PolygonizeError, Polygonized, Shape};
+use crate::polygonize::{
+    self, Ambiguity, Method, PolygonizeError, Polygonized, Roots, Shape, Undecided,
+};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -26,10 +28,18 @@ pub(super) const TABLE: &[Builtin] = &[
             "iso = 0",
             "cap =",
             "tolerance = 1e-9",
+            "ambiguity = \"saddle\"",
+            "error =",
             "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3 (by default by dual contouring, which keeps sharp edges), curves in R2, the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`, and curves are unless `cap = true` left open. With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles.",
+        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept) and `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles). In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default a hundredth of `cell`) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
+    ),
+    action(
+        "roots",
+        &["f", "bounds ="],
+        "The roots of a field or function of one variable in an interval, `roots(f, lo..hi)`, ascending; the same as `polygonize` gives, or an empty list. Each is proven to be the only one in its surroundings, or a warning names the place.",
+        roots,
     ),
     measure(
         "area",
@@ -149,6 +159,8 @@ pub(super) fn box_of(
 fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let method = method_argument(arguments)?;
     let (field, bounds) = compiled_argument(session, arguments)?;
+    let used = method.unwrap_or(Method::usual(field.program().dimension()));
+    methods::check(arguments, used, methods::POLYGONIZERS, Method::name)?;
     let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
     let bounds = box_of(&field, iso, bounds, arguments, &session.monitor())?;
     let mut options = polygonize::Options::new(bounds);
@@ -169,12 +181,111 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
     }
+    if let Some(error) = arguments.positive(session, "error")? {
+        options.error = Some(error);
+    }
+    if let Some(ambiguity) = ambiguity_argument(arguments)? {
+        options.ambiguity = ambiguity;
+    }
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
     let monitor = &session.monitor();
     let found = polygonize::polygonize(&field, &options, monitor)
         .map_err(|error| polygonize_failure(error, arguments))?;
     warn_about_mesh(session, arguments, &found.statistics, &options);
+    warn_about_components(session, arguments, &found);
+    if let Shape::Roots(roots) = &found.shape {
+        warn_about_roots(session, arguments, roots);
+        session.isolated = Some(roots.clone());
+    }
     Ok(value_of(found))
+}
+
+fn roots(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
+    let field = field_argument(session, arguments, Some(1))?;
+    if field.dimension() != 1 {
+        return Err(arguments.bad("f", "roots are those of a function of one variable".into()));
+    }
+    let bounds = match arguments.plain(session, "bounds")? {
+        Some(value) => Some(bounds_of(&value, 1).at(arguments.place("bounds"), "the interval")?),
+        None => field.domain(),
+    };
+    let compiled = field
+        .compiled(&mut session.graph, session.parameters.values())
+        .at(arguments.place("f"), "this field")?;
+    let bounds = box_of(&compiled, 0.0, bounds, arguments, &session.monitor())?;
+    let options = polygonize::Options::new(bounds);
+    let found = match polygonize::polygonize(&compiled, &options, &session.monitor()) {
+        Err(PolygonizeError::NoSurface { .. }) => return Ok(Value::numbers(Vec::new())),
+        found => found.map_err(|error| polygonize_failure(error, arguments))?,
+    };
+    if let Shape::Roots(roots) = &found.shape {
+        warn_about_roots(session, arguments, roots);
+        session.isolated = Some(roots.clone());
+    }
+    Ok(value_of(found))
+}
+
+/// Says where a method that searches for components cannot prove that it has all of them.
+fn warn_about_components(session: &mut Session, arguments: &Arguments, found: &Polygonized) {
+    let searches = matches!(found.method, Method::Continuation | Method::Quadtree);
+    if !searches || found.statistics.proven {
+        return;
+    }
+    let message = match found.statistics.undecided {
+        0 => "not all of the curve could be followed".to_owned(),
+        cells => format!("{cells} small cells could not be decided"),
+    };
+    let warning = Diagnostic::warning(Code::MaybeMissed, message)
+        .label(arguments.span, "made here")
+        .help("components as small as that may have been missed, as at crossings and cusps");
+    session.host.warn(warning);
+}
+
+/// Names the places in which roots are not proven. Poles, jumps and gaps are warned of like those
+/// of surfaces.
+fn warn_about_roots(session: &mut Session, arguments: &Arguments, roots: &Roots) {
+    const NAMED: usize = 5;
+    let open: Vec<&Undecided> = (roots.undecided.iter())
+        .filter(|part| !part.reason.is_break())
+        .collect();
+    if open.is_empty() {
+        return;
+    }
+    let named = open.iter().take(NAMED).map(|part| match part.root {
+        Some(root) => format!("at {root}, where {}", part.reason.text()),
+        None => format!(
+            "in {}..{}, where {}",
+            part.low,
+            part.high,
+            part.reason.text()
+        ),
+    });
+    let mut named: Vec<String> = named.collect();
+    if open.len() > NAMED {
+        named.push(format!("and in {} more places", open.len() - NAMED));
+    }
+    let message = format!("roots are not proven {}", named.join("; "));
+    let warning = Diagnostic::warning(Code::UndecidedRoots, message)
+        .label(arguments.span, "found here")
+        .help("a field that changes its sign at each root, with a slope, leaves no doubt");
+    session.host.warn(warning);
+}
+
+/// The rule for ambiguous squares, if one is given.
+fn ambiguity_argument(arguments: &Arguments) -> Outcome<Option<Ambiguity>> {
+    let Some(name) = arguments.text("ambiguity")? else {
+        return Ok(None);
+    };
+    let known = Ambiguity::NAMES.iter().find(|(_, known)| *known == name);
+    match known {
+        Some((ambiguity, _)) => Ok(Some(*ambiguity)),
+        None => {
+            let names = Ambiguity::NAMES.iter();
+            let names: Vec<String> = names.map(|(_, name)| format!("\"{name}\"")).collect();
+            let message = format!("there is no rule `{name}`; there are {}", names.join(", "));
+            Err(arguments.bad("ambiguity", message))
+        }
+    }
 }
 
 /// The polygonizer that is asked for, if one is.
@@ -200,7 +311,7 @@ fn method_argument(arguments: &Arguments) -> Outcome<Option<Method>> {
 fn value_of(found: Polygonized) -> Value {
     let (method, statistics) = (found.method.name(), found.statistics);
     match found.shape {
-        Shape::Roots(roots) => Value::numbers(roots),
+        Shape::Roots(roots) => Value::numbers(roots.values()),
         Shape::Curves(curves) => Value::Curves(Rc::new(CurveSet {
             curves,
             method,

@@ -1,10 +1,10 @@
 //! Corners: points in which creases end or meet.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Setting;
 use crate::engine::Field;
-use crate::sample::evaluation::length;
 
 /// Newton's steps from where bisection ended.
 const STEPS: usize = 8;

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::Setting;
 use super::cuts::{Run, runs};
 use super::sheets::{SMALLEST_SINE, onto};
+use crate::continuation::{Cell, Component, Region, System, Walker, trace};
 use crate::engine::{Meeting, Monitor, Pieces};
-use crate::sample::trace::{Cell, Component, Region, System, Walker, trace};
 
 /// The most cells that are enclosed for two pieces at first. Pairs for which that is not enough
 /// share the second number, but none gets more than the third.

@@ -6,14 +6,15 @@
 //! are closer than the cells in which pieces meet: by changes of sign and, where a piece turns
 //! round between two samples, at the turn.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Setting;
 use super::corner::on_three;
 use super::sheets;
+use crate::continuation::{Component, Events, Place, Step, System};
 use crate::engine::Field;
-use crate::sample::evaluation::{Batch, length};
-use crate::sample::trace::{Component, Events, Place, Step, System};
+use crate::sample::evaluation::Batch;
 
 /// Samples in the shortest side of a cell.
 const DENSITY: f64 = 2.0;

@@ -13,7 +13,7 @@ use super::corner::Corner;
 use super::curves::Curve;
 use super::cuts::{Cut, Ending, Run, corners};
 use super::{Crease, Setting};
-use crate::sample::trace::{Component, Place, Step, System};
+use crate::continuation::{Component, Place, Step, System};
 
 /// Ends closer than this part of the diagonal are one corner.
 const SAME: f64 = 1e-7;

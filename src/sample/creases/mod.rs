@@ -31,7 +31,7 @@ pub use self::points::CreasePoint;
 use std::collections::HashSet;
 
 use self::join::Segment;
-use super::trace::System;
+use crate::continuation::System;
 use crate::engine::{CompiledField, Field, Monitor, Pieces, pieces};
 use crate::geometry::Bounds;
 

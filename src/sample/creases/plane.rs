@@ -9,8 +9,8 @@ use super::Setting;
 use super::corner::Corner;
 use super::curves::pairs;
 use super::sheets::{SMALLEST_SINE, crease};
+use crate::continuation::{Cell, Condition, Place, System, enclose};
 use crate::engine::Monitor;
-use crate::sample::trace::{Cell, Condition, Place, System, enclose};
 use glam::DVec3;
 
 /// Halvings of the box after which a cell is left, and the most cells for two pieces.

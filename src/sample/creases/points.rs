@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Crease, Creases, Setting};
-use crate::sample::trace::{Place, Step};
+use crate::continuation::{Place, Step};
 
 /// A closed crease that is longer than the tolerance has so many points at least.
 const FEWEST_CLOSED: f64 = 3.0;

@@ -4,12 +4,12 @@
 //! leads where the field vanishes, too, a little away from the curve. There is a crease if it does
 //! for both pieces: they take over from each other, or cross.
 
+use crate::geometry::length;
 use glam::DVec3;
 
 use super::Setting;
+use crate::continuation::{Place, System};
 use crate::engine::Field;
-use crate::sample::evaluation::length;
-use crate::sample::trace::{Place, System};
 
 /// Surfaces that meet at a smaller angle are taken for smooth: the sine of one degree.
 pub(super) const SMALLEST_SINE: f64 = 0.017_452_406_437_283_51;

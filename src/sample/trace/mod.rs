@@ -1,29 +1,18 @@
 //! Continuation: points are found from points, along the curve or over the surface.
 //!
-//! In reading order: the equations of a curve and Newton's steps (`system`), a step and the arc
-//! length of it (`step`), what intervals prove (`proof`), the walk (`curve`), where walks begin so
-//! that no component is missed (`starts`) and what is left of that (`left`), and points at equal distances (`spread`). Surfaces: `surface`.
+//! Curves are found and followed by [`continuation`](crate::continuation); here points are put at
+//! equal distances along them (`spread`). Surfaces: `surface`.
 
-mod curve;
-mod left;
-mod proof;
 mod spread;
-mod starts;
-mod step;
 mod surface;
-mod system;
 
-pub(super) use self::curve::{Events, Walker};
-pub(super) use self::proof::{Cell, enclose};
-pub(super) use self::starts::{Component, Region, Traced, trace};
-pub(super) use self::step::{Place, Step};
 pub(super) use self::surface::surface;
-pub(super) use self::system::{Condition, System};
 
 use glam::DVec3;
 
 use super::statistics::{CurveComponent, CurveStatistics, Statistics};
 use super::{Options, Outcome, SampleError, out_of_range, radii};
+use crate::continuation::{Place, Region, System, Traced, Walker, trace};
 use crate::engine::{CompiledField, Extent, Field, Monitor, extent};
 use crate::geometry::{Bounds, Samples};
 

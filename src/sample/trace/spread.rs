@@ -2,9 +2,7 @@
 
 use glam::DVec3;
 
-use super::starts::Component;
-use super::step::Place;
-use super::system::System;
+use crate::continuation::{Component, Place, System};
 use crate::sample::{Options, SampleError, refuse_too_fine};
 
 /// Points on a curve without `count` and `spacing`.

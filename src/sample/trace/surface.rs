@@ -23,7 +23,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::found_box;
-use super::starts::crossed_cells;
+use crate::continuation::crossed_cells;
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Bounds, Samples};
 use crate::math::scalar;

@@ -24,22 +24,22 @@ const UNKNOWN: Enclosure = Enclosure {
 
 /// A box by its corners; in the plane, both have z = 0.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) struct Cell {
-    pub(in crate::sample) low: DVec3,
-    pub(in crate::sample) high: DVec3,
+pub(crate) struct Cell {
+    pub(crate) low: DVec3,
+    pub(crate) high: DVec3,
 }
 
 impl Cell {
-    pub(in crate::sample) fn center(&self) -> DVec3 {
+    pub(crate) fn center(&self) -> DVec3 {
         0.5 * (self.low + self.high)
     }
 
-    pub(in crate::sample) fn size(&self) -> DVec3 {
+    pub(crate) fn size(&self) -> DVec3 {
         self.high - self.low
     }
 
     /// The box with the same middle and sides `factor` times as long.
-    pub(in crate::sample) fn scaled(&self, factor: f64) -> Cell {
+    pub(crate) fn scaled(&self, factor: f64) -> Cell {
         let half = 0.5 * factor * self.size();
         Cell {
             low: self.center() - half,
@@ -47,31 +47,31 @@ impl Cell {
         }
     }
 
-    pub(in crate::sample) fn contains(&self, point: DVec3) -> bool {
+    pub(crate) fn contains(&self, point: DVec3) -> bool {
         point.cmpge(self.low).all() && point.cmple(self.high).all()
     }
 
-    pub(in crate::sample) fn side(&self, axis: usize) -> Interval {
+    pub(crate) fn side(&self, axis: usize) -> Interval {
         Interval::new(self.low[axis], self.high[axis])
     }
 }
 
 /// What is known of the curve in a box.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) struct Known {
+pub(crate) struct Known {
     /// Whether the equations can hold somewhere.
-    pub(in crate::sample) possible: bool,
+    pub(crate) possible: bool,
     /// Whether an equation is the same everywhere: 0.
-    pub(in crate::sample) flat: bool,
+    pub(crate) flat: bool,
     /// T = F_x × G_x, entire where the equations may jump or be undefined.
-    pub(in crate::sample) tangent: [Interval; 3],
+    pub(crate) tangent: [Interval; 3],
     /// The sine of the angle between the gradients of two fields is not larger.
-    pub(in crate::sample) sine: f64,
+    pub(crate) sine: f64,
 }
 
 impl Known {
     /// The axis over which the curve is proven to be a graph, with the smallest slopes.
-    pub(in crate::sample) fn axis(&self) -> Option<usize> {
+    pub(crate) fn axis(&self) -> Option<usize> {
         let least = |axis: &usize| {
             let along = self.tangent[*axis];
             along.low.max(-along.high)
@@ -81,17 +81,13 @@ impl Known {
     }
 
     /// dx_i / dx_j on the curve.
-    pub(in crate::sample) fn slope(&self, of: usize, over: usize) -> Interval {
+    pub(crate) fn slope(&self, of: usize, over: usize) -> Interval {
         self.tangent[of] / self.tangent[over]
     }
 }
 
 /// Encloses the equations and the direction of the curve over boxes.
-pub(in crate::sample) fn enclose(
-    system: &System,
-    fields: &[&CompiledField],
-    cells: &[Cell],
-) -> Vec<Known> {
+pub(crate) fn enclose(system: &System, fields: &[&CompiledField], cells: &[Cell]) -> Vec<Known> {
     let columns: [Vec<Interval>; 3] =
         std::array::from_fn(|axis| cells.iter().map(|cell| cell.side(axis)).collect());
     let columns = columns.each_ref().map(|column| &column[..]);
@@ -141,7 +137,7 @@ pub(in crate::sample) fn enclose(
 /// Where they almost touch, the combination of both whose gradient is smallest says so: its
 /// mean-value form around the middle c of the box, D(c) + (α F_x - β G_x)(box) · (x - c), with α and
 /// β such that the gradients' common part cancels.
-pub(in crate::sample) fn miss_each_other(
+pub(crate) fn miss_each_other(
     system: &System,
     fields: &[&CompiledField],
     cells: &[Cell],
@@ -204,7 +200,7 @@ fn cross(a: [Interval; 3], b: [Interval; 3]) -> [Interval; 3] {
 /// Whether both ends of a step are proven to lie on the same piece of the curve: in a box around
 /// it the curve is a graph over an axis, and starting from the first end it cannot leave through
 /// the sides before it comes to the second.
-pub(in crate::sample) fn connects(system: &System, fields: &[&CompiledField], step: &Step) -> bool {
+pub(crate) fn connects(system: &System, fields: &[&CompiledField], step: &Step) -> bool {
     let hull = Cell {
         low: step.from.min(step.to),
         high: step.from.max(step.to),
@@ -233,7 +229,7 @@ pub(in crate::sample) fn connects(system: &System, fields: &[&CompiledField], st
 
 /// Whether the curve from a point stays between the sides of a box while the coordinate of the axis
 /// changes by `run`.
-pub(in crate::sample) fn reaches(
+pub(crate) fn reaches(
     known: &Known,
     axis: usize,
     from: DVec3,

@@ -70,34 +70,34 @@ const NEAR: f64 = 1e-3;
 const KNOWN_TO: f64 = 1e-7;
 
 /// One connected curve, or a part of one that ends at a singular point.
-pub(in crate::sample) struct Component {
+pub(crate) struct Component {
     /// In order, each from where the last one ended.
-    pub(in crate::sample) steps: Vec<Step>,
-    pub(in crate::sample) closed: bool,
-    pub(in crate::sample) length: f64,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) closed: bool,
+    pub(crate) length: f64,
 }
 
 /// All that was found.
 #[derive(Default)]
-pub(in crate::sample) struct Traced {
-    pub(in crate::sample) components: Vec<Component>,
-    pub(in crate::sample) events: Events,
+pub(crate) struct Traced {
+    pub(crate) components: Vec<Component>,
+    pub(crate) events: Events,
     /// Cells of which nothing could be proven.
-    pub(in crate::sample) undecided: u64,
+    pub(crate) undecided: u64,
     /// How many of them are at singular points that were met, where that is expected.
-    pub(in crate::sample) undecided_at_singular: u64,
+    pub(crate) undecided_at_singular: u64,
     /// The largest diagonal of one that is not.
-    pub(in crate::sample) largest_undecided: f64,
+    pub(crate) largest_undecided: f64,
     /// Whether cells were looked at by intervals, and none is undecided.
-    pub(in crate::sample) proven: bool,
+    pub(crate) proven: bool,
     /// Starts at which the equations hold and have no tangent.
-    pub(in crate::sample) singular: u64,
-    pub(in crate::sample) index: Index,
+    pub(crate) singular: u64,
+    pub(crate) index: Index,
 }
 
 /// Which steps are where.
 #[derive(Default)]
-pub(in crate::sample) struct Index {
+pub(crate) struct Index {
     per_unit: f64,
     buckets: HashMap<[i64; 3], Vec<(u32, u32)>>,
 }
@@ -132,18 +132,18 @@ struct Open {
 }
 
 /// Where curves are looked for.
-pub(in crate::sample) struct Region {
+pub(crate) struct Region {
     /// Cells, and how often the box was halved for each.
-    pub(in crate::sample) cells: Vec<(Cell, u32)>,
+    pub(crate) cells: Vec<(Cell, u32)>,
     /// Cells in which the sine of the angle between two surfaces is smaller are left out.
-    pub(in crate::sample) smallest_sine: f64,
+    pub(crate) smallest_sine: f64,
     /// The most cells that are enclosed.
-    pub(in crate::sample) most_cells: u64,
+    pub(crate) most_cells: u64,
 }
 
 impl Region {
     /// All of a box, whatever the angle.
-    pub(in crate::sample) fn whole(bounds: &Bounds) -> Region {
+    pub(crate) fn whole(bounds: &Bounds) -> Region {
         let cell = Cell {
             low: bounds.min,
             high: bounds.max,
@@ -159,11 +159,7 @@ impl Region {
 /// Walks every component that can be found.
 ///
 /// `None` if the monitor asks to stop.
-pub(in crate::sample) fn trace(
-    walker: &Walker,
-    region: &Region,
-    monitor: &dyn Monitor,
-) -> Option<Traced> {
+pub(crate) fn trace(walker: &Walker, region: &Region, monitor: &dyn Monitor) -> Option<Traced> {
     let mut search = Search {
         walker,
         region,
@@ -458,7 +454,7 @@ impl Search<'_> {
 
 /// The cells of a grid, so many along the longest side of the box, on whose corners all fields
 /// change their sign; and what that cost.
-pub(in crate::sample) fn crossed_cells(
+pub(crate) fn crossed_cells(
     fields: &[&dyn Field],
     bounds: &Bounds,
     along: usize,

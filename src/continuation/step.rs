@@ -37,18 +37,18 @@ const SAME: f64 = 1e-7;
 
 /// A point of the curve and which way it is passed.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) struct Place {
-    pub(in crate::sample) position: DVec3,
+pub(crate) struct Place {
+    pub(crate) position: DVec3,
     /// Of unit length, in the direction of travel.
-    pub(in crate::sample) tangent: DVec3,
+    pub(crate) tangent: DVec3,
     /// Whether that is the direction of the equations (1) or its opposite (-1).
-    pub(in crate::sample) sign: f64,
-    pub(in crate::sample) local: Local,
+    pub(crate) sign: f64,
+    pub(crate) local: Local,
 }
 
 impl Place {
     /// The place with the tangent that points along a vector; `None` where there is no tangent.
-    pub(in crate::sample) fn along(position: DVec3, local: Local, along: DVec3) -> Option<Place> {
+    pub(crate) fn along(position: DVec3, local: Local, along: DVec3) -> Option<Place> {
         let direction = local.direction();
         let size = direction.length();
         // NaN is no tangent either.
@@ -65,7 +65,7 @@ impl Place {
     }
 
     /// The same place passed the other way.
-    pub(in crate::sample) fn reversed(self) -> Place {
+    pub(crate) fn reversed(self) -> Place {
         Place {
             tangent: -self.tangent,
             sign: -self.sign,
@@ -76,29 +76,29 @@ impl Place {
 
 /// A step from one place to another.
 #[derive(Clone, Debug)]
-pub(in crate::sample) struct Step {
-    pub(in crate::sample) from: DVec3,
-    pub(in crate::sample) to: DVec3,
+pub(crate) struct Step {
+    pub(crate) from: DVec3,
+    pub(crate) to: DVec3,
     tangents: [DVec3; 2],
     /// The direction of the chord and its length.
-    pub(in crate::sample) direction: DVec3,
-    pub(in crate::sample) chord: f64,
+    pub(crate) direction: DVec3,
+    pub(crate) chord: f64,
     /// The inner nodes.
-    pub(in crate::sample) nodes: [DVec3; 3],
+    pub(crate) nodes: [DVec3; 3],
     /// ds/dξ at the five nodes.
     rates: [f64; 5],
     /// [`Local::strength`] at the five nodes.
-    pub(in crate::sample) strengths: [f64; 5],
+    pub(crate) strengths: [f64; 5],
     /// The arc length.
-    pub(in crate::sample) length: f64,
+    pub(crate) length: f64,
     /// Whether it leads straight over a singular point, past which the curve is not a graph.
-    pub(in crate::sample) straight: bool,
+    pub(crate) straight: bool,
 }
 
 impl Step {
     /// The step between two places; `None` if the curve between them is not what their tangents
     /// say.
-    pub(in crate::sample) fn new(system: &System, from: &Place, to: &Place) -> Option<Step> {
+    pub(crate) fn new(system: &System, from: &Place, to: &Place) -> Option<Step> {
         let mut step = Step::straight(from.position, to.position);
         step.straight = false;
         step.tangents = [from.tangent, to.tangent];
@@ -129,7 +129,7 @@ impl Step {
     }
 
     /// A straight step.
-    pub(in crate::sample) fn straight(from: DVec3, to: DVec3) -> Step {
+    pub(crate) fn straight(from: DVec3, to: DVec3) -> Step {
         let chord = from.distance(to);
         let direction = (to - from) / chord;
         Step {
@@ -147,7 +147,7 @@ impl Step {
     }
 
     /// The same step passed the other way.
-    pub(in crate::sample) fn reversed(&self) -> Step {
+    pub(crate) fn reversed(&self) -> Step {
         let [one, two, three] = self.nodes;
         let [first, last] = self.tangents;
         let mut rates = self.rates;
@@ -168,7 +168,7 @@ impl Step {
 
     /// The same step with ds multiplied by a function of the place, so that its length is the
     /// integral of that function over the arc length.
-    pub(in crate::sample) fn weighed(&self, weight: impl Fn(DVec3) -> f64) -> Step {
+    pub(crate) fn weighed(&self, weight: impl Fn(DVec3) -> f64) -> Step {
         let mut step = self.clone();
         for (rate, (_, node)) in step.rates.iter_mut().zip(self.all_nodes()) {
             *rate *= weight(node);
@@ -178,7 +178,7 @@ impl Step {
     }
 
     /// The cubic through the ends with their tangents; `part` is 0 at the start and 1 at the end.
-    pub(in crate::sample) fn guess(&self, part: f64) -> DVec3 {
+    pub(crate) fn guess(&self, part: f64) -> DVec3 {
         let slope = |tangent: DVec3| self.chord / tangent.dot(self.direction) * tangent;
         let rest = 1.0 - part;
         let along = self.from + part * part * (3.0 - 2.0 * part) * (self.to - self.from);
@@ -186,7 +186,7 @@ impl Step {
     }
 
     /// The point of the curve over a part of the chord.
-    pub(in crate::sample) fn at(&self, system: &System, part: f64) -> Option<Place> {
+    pub(crate) fn at(&self, system: &System, part: f64) -> Option<Place> {
         let guess = self.guess(part);
         let reach = 0.5 * self.chord;
         let across = match self.straight {
@@ -198,19 +198,19 @@ impl Step {
     }
 
     /// The nodes in order, ends included, with the parts of the chord at which they are.
-    pub(in crate::sample) fn all_nodes(&self) -> [(f64, DVec3); 5] {
+    pub(crate) fn all_nodes(&self) -> [(f64, DVec3); 5] {
         let [one, two, three] = self.nodes;
         let points = [self.from, one, two, three, self.to];
         std::array::from_fn(|place| (NODES[place], points[place]))
     }
 
     /// Whether a point of the curve lies on this step. Costs a few evaluations if it is near.
-    pub(in crate::sample) fn passes(&self, system: &System, point: DVec3) -> bool {
+    pub(crate) fn passes(&self, system: &System, point: DVec3) -> bool {
         self.part_of(system, point).is_some()
     }
 
     /// Whether a point lies on this step, whichever equations it is a solution of.
-    pub(in crate::sample) fn lies_on(&self, system: &System, point: DVec3) -> bool {
+    pub(crate) fn lies_on(&self, system: &System, point: DVec3) -> bool {
         let part = (point - self.from).dot(self.direction) / self.chord;
         let same = SAME * system.diagonal;
         (0.0..=1.0).contains(&part)
@@ -223,7 +223,7 @@ impl Step {
     }
 
     /// The part of the chord over which a point of the curve lies, if it is on this step.
-    pub(in crate::sample) fn part_of(&self, system: &System, point: DVec3) -> Option<f64> {
+    pub(crate) fn part_of(&self, system: &System, point: DVec3) -> Option<f64> {
         let same = SAME * system.diagonal;
         let part = (point - self.from).dot(self.direction) / self.chord;
         let slack = same / self.chord;
@@ -246,7 +246,7 @@ impl Step {
 
     /// The part of the chord at which so much of the arc length is passed: the inverse of s(ξ), by
     /// Newton's method on the integrated interpolant.
-    pub(in crate::sample) fn part_at_length(&self, length: f64) -> f64 {
+    pub(crate) fn part_at_length(&self, length: f64) -> f64 {
         let rates = Polynomial::through(self.rates);
         let scale = 0.5 * self.chord;
         let mut t = 2.0 * (length / self.length).clamp(0.0, 1.0) - 1.0;

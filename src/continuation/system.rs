@@ -9,7 +9,7 @@ use std::cell::Cell;
 use glam::DVec3;
 
 use crate::engine::{CompiledField, Field};
-use crate::sample::evaluation::length;
+use crate::geometry::length;
 
 /// Newton's method converges in a handful of steps from where a predictor leads, or is not wanted.
 const STEP_LIMIT: usize = 12;
@@ -32,60 +32,60 @@ const ROUNDING: f64 = 4e-16;
 const PARALLEL: f64 = 1e-13;
 
 /// The equations of a curve, with a count of what their solution costs.
-pub(in crate::sample) struct System<'a> {
+pub(crate) struct System<'a> {
     /// F, or F and G.
-    pub(in crate::sample) fields: Vec<&'a dyn Field>,
+    pub(crate) fields: Vec<&'a dyn Field>,
     /// 2 or 3.
-    pub(in crate::sample) dimension: usize,
+    pub(crate) dimension: usize,
     /// The unit of length: the diagonal of the box.
-    pub(in crate::sample) diagonal: f64,
+    pub(crate) diagonal: f64,
     /// The largest distance from the curve that is accepted.
-    pub(in crate::sample) tolerance: f64,
+    pub(crate) tolerance: f64,
     evaluations: Cell<u64>,
     undefined: Cell<u64>,
 }
 
 /// The equations at a point.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) struct Local {
+pub(crate) struct Local {
     /// F / |F_x| of each.
-    pub(in crate::sample) distances: [f64; 2],
+    pub(crate) distances: [f64; 2],
     /// F_x / |F_x| of each; 0 where the gradient vanishes.
-    pub(in crate::sample) normals: [DVec3; 2],
+    pub(crate) normals: [DVec3; 2],
     /// The product of the lengths of the gradients and the sine between them: 0 where the curve has
     /// no tangent.
-    pub(in crate::sample) strength: f64,
+    pub(crate) strength: f64,
 }
 
 impl Local {
     /// The direction of the curve, not of unit length: the product of the normals, as long as
     /// the sine between them. In the plane it has F < 0 on its left.
-    pub(in crate::sample) fn direction(&self) -> DVec3 {
+    pub(crate) fn direction(&self) -> DVec3 {
         self.normals[0].cross(self.normals[1])
     }
 
     /// The larger |F| / |F_x|.
-    pub(in crate::sample) fn residual(&self) -> f64 {
+    pub(crate) fn residual(&self) -> f64 {
         self.distances[0].abs().max(self.distances[1].abs())
     }
 }
 
 /// What Newton's method arrived at.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) struct Corrected {
-    pub(in crate::sample) position: DVec3,
-    pub(in crate::sample) local: Local,
+pub(crate) struct Corrected {
+    pub(crate) position: DVec3,
+    pub(crate) local: Local,
     /// The length of the first step.
-    pub(in crate::sample) first: f64,
+    pub(crate) first: f64,
     /// That of the second, as a part of the first: the rate of contraction.
-    pub(in crate::sample) contraction: f64,
+    pub(crate) contraction: f64,
     /// How far off the position may be: the length of steps that do not become shorter any more.
-    pub(in crate::sample) noise: f64,
+    pub(crate) noise: f64,
 }
 
 /// What is asked of a solution beside the equations.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::sample) enum Condition {
+pub(crate) enum Condition {
     /// Nothing: each step is the shortest, that of the Moore-Penrose inverse.
     Nearest,
     /// To lie in the plane through a point with this unit normal.
@@ -96,11 +96,7 @@ pub(in crate::sample) enum Condition {
 
 impl<'a> System<'a> {
     /// The curve where all fields vanish: one field in R2, two in R3.
-    pub(in crate::sample) fn new(
-        fields: Vec<&'a dyn Field>,
-        diagonal: f64,
-        tolerance: f64,
-    ) -> System<'a> {
+    pub(crate) fn new(fields: Vec<&'a dyn Field>, diagonal: f64, tolerance: f64) -> System<'a> {
         let dimension = fields.first().map_or(2, |field| field.dimension());
         System {
             fields,
@@ -113,22 +109,22 @@ impl<'a> System<'a> {
     }
 
     /// Evaluations so far, enclosures included, and how many of them were undefined.
-    pub(in crate::sample) fn counts(&self) -> (u64, u64) {
+    pub(crate) fn counts(&self) -> (u64, u64) {
         (self.evaluations.get(), self.undefined.get())
     }
 
     /// Counts evaluations that were made elsewhere.
-    pub(in crate::sample) fn count(&self, evaluations: u64) {
+    pub(crate) fn count(&self, evaluations: u64) {
         self.evaluations.set(self.evaluations.get() + evaluations);
     }
 
     /// The compiled fields, if all are.
-    pub(in crate::sample) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
+    pub(crate) fn compiled(&self) -> Option<Vec<&'a CompiledField>> {
         self.fields.iter().map(|field| field.compiled()).collect()
     }
 
     /// The equations at a point; `None` where one is undefined.
-    pub(in crate::sample) fn local(&self, point: DVec3) -> Option<Local> {
+    pub(crate) fn local(&self, point: DVec3) -> Option<Local> {
         let mut local = Local {
             distances: [point.z, 0.0],
             normals: [DVec3::Z, DVec3::ZERO],
@@ -165,7 +161,7 @@ impl<'a> System<'a> {
     ///
     /// It ends where steps have the length of rounding errors, or have ceased to become shorter
     /// and the residual is within the tolerance. `None` if that does not come about.
-    pub(in crate::sample) fn solve(
+    pub(crate) fn solve(
         &self,
         start: DVec3,
         condition: Condition,
@@ -223,7 +219,7 @@ impl<'a> System<'a> {
 impl System<'_> {
     /// Whether both surfaces have a common point near a start, with a smaller sine between their
     /// normals than this. Where surfaces touch, each of Newton's steps halves the distance.
-    pub(in crate::sample) fn touching(&self, start: DVec3, reach: f64, sine: f64) -> bool {
+    pub(crate) fn touching(&self, start: DVec3, reach: f64, sine: f64) -> bool {
         let mut position = start;
         for _ in 0..TOUCHING_STEP_LIMIT {
             let Some(local) = self.local(position) else {

@@ -78,7 +78,7 @@ const SLACK: f64 = 1e-9;
 
 /// Why a walk ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::sample) enum End {
+pub(crate) enum End {
     /// Where it began.
     Closed,
     /// At the border of the box.
@@ -93,24 +93,24 @@ pub(in crate::sample) enum End {
 
 /// What was met on the way.
 #[derive(Clone, Debug, Default)]
-pub(in crate::sample) struct Events {
+pub(crate) struct Events {
     /// Where branches cross.
-    pub(in crate::sample) crossings: Vec<DVec3>,
+    pub(crate) crossings: Vec<DVec3>,
     /// Corners and cusps.
-    pub(in crate::sample) corners: Vec<DVec3>,
+    pub(crate) corners: Vec<DVec3>,
     /// Ends inside the box.
-    pub(in crate::sample) ends: Vec<DVec3>,
+    pub(crate) ends: Vec<DVec3>,
     /// Steps of which it is not proven that both ends are on one branch.
-    pub(in crate::sample) unproven: u64,
+    pub(crate) unproven: u64,
     /// Steps.
-    pub(in crate::sample) steps: u64,
+    pub(crate) steps: u64,
     /// Walks that had to be given up.
-    pub(in crate::sample) unfinished: u64,
+    pub(crate) unfinished: u64,
 }
 
 impl Events {
     /// The same, with the counts of steps and walks of later ones.
-    pub(in crate::sample) fn with_work_of(self, later: &Events) -> Events {
+    pub(crate) fn with_work_of(self, later: &Events) -> Events {
         Events {
             unproven: later.unproven,
             steps: later.steps,
@@ -120,7 +120,7 @@ impl Events {
     }
 
     /// Whether the point is one of the singular ones, up to a distance.
-    pub(in crate::sample) fn is_near(&self, point: DVec3, distance: f64) -> bool {
+    pub(crate) fn is_near(&self, point: DVec3, distance: f64) -> bool {
         let all = self.crossings.iter().chain(&self.corners);
         all.chain(&self.ends)
             .any(|known| known.distance(point) <= distance)
@@ -135,11 +135,11 @@ fn note(list: &mut Vec<DVec3>, point: DVec3, same: f64) {
 }
 
 /// What walks need to know.
-pub(in crate::sample) struct Walker<'a> {
-    pub(in crate::sample) system: &'a System<'a>,
-    pub(in crate::sample) bounds: Bounds,
+pub(crate) struct Walker<'a> {
+    pub(crate) system: &'a System<'a>,
+    pub(crate) bounds: Bounds,
     /// Given if all fields are compiled.
-    pub(in crate::sample) compiled: Option<Vec<&'a CompiledField>>,
+    pub(crate) compiled: Option<Vec<&'a CompiledField>>,
 }
 
 /// A step that was accepted, and how long the next one should be.
@@ -153,7 +153,7 @@ struct Taken {
 impl Walker<'_> {
     /// Whether much more was evaluated than proven steps account for: the search then ends where it
     /// is, because the curve is singular all along, or finer than can be followed.
-    pub(in crate::sample) fn is_exhausted(&self, events: &Events) -> bool {
+    pub(crate) fn is_exhausted(&self, events: &Events) -> bool {
         self.in_vain(events) > self.allowed()
     }
 
@@ -168,7 +168,7 @@ impl Walker<'_> {
     }
 
     /// Whether a point lies in the box or on its border.
-    pub(in crate::sample) fn is_inside(&self, point: DVec3) -> bool {
+    pub(crate) fn is_inside(&self, point: DVec3) -> bool {
         let mut slack = DVec3::splat(SLACK * self.system.diagonal);
         if self.system.dimension == 2 {
             slack.z = 0.0;
@@ -183,7 +183,7 @@ impl Walker<'_> {
 
     /// Walks from a place in the direction of its tangent. `is_old` tells of points on curves that
     /// were walked before.
-    pub(in crate::sample) fn walk(
+    pub(crate) fn walk(
         &self,
         start: &Place,
         is_old: &dyn Fn(DVec3) -> bool,
