@@ -56,8 +56,14 @@ fn measure() {
     ];
     if let Some(path) = std::env::var_os("IMP_PROSPERO") {
         let read = |graph: &mut Graph, p| {
-            let read = imp::file::read_field(path.as_ref(), graph, p, u64::MAX);
-            read.unwrap().root
+            let allowed = imp::file::Allowed {
+                lines: u64::MAX,
+                bytes: u64::MAX,
+            };
+            match imp::file::load(path.as_ref(), graph, p, allowed) {
+                Ok(imp::file::Loaded::Field(found)) => found.root,
+                other => panic!("{other:?}"),
+            }
         };
         let plane = field(2, read);
         let bounds = Bounds::from_sides(&[(-1.0, 1.0); 2]).unwrap();

@@ -2,7 +2,6 @@
 //! line, and against closed forms.
 
 #[path = "../common/mod.rs"]
-#[allow(dead_code)]
 mod common;
 
 use common::{imp_in, script};

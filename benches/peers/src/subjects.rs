@@ -135,8 +135,14 @@ fn subject(name: &'static str, example: Example, goal: Option<f64>) -> Result<Su
 fn read_prospero(path: &Path) -> Result<Subject, String> {
     let mut graph = Graph::new();
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(axis));
-    let field = imp::file::read_field(path, &mut graph, coordinates, u64::MAX)
-        .map_err(|error| error.to_string())?;
+    let allowed = imp::file::Allowed {
+        lines: u64::MAX,
+        bytes: u64::MAX,
+    };
+    let loaded = imp::file::load(path, &mut graph, coordinates, allowed);
+    let imp::file::Loaded::Field(field) = loaded.map_err(|error| error.to_string())? else {
+        return Err(format!("{} does not hold a field", path.display()));
+    };
     let text = std::fs::read(path).map_err(|error| error.to_string())?;
     let (context, node) = Context::from_text(&text[..]).map_err(|error| error.to_string())?;
     Ok(Subject {
