@@ -14,7 +14,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("sample", &["engine", "geometry", "graph", "math"]),
     ("motion", &["sample", "engine", "geometry", "math"]),
     ("elastic", &["engine", "geometry"]),
-    ("polygonize", &["engine", "geometry"]),
+    ("polygonize", &["engine", "geometry", "graph"]),
     ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),
     ("file", &["geometry", "graph"]),

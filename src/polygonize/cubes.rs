@@ -13,7 +13,8 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use self::table::{CaseTable, EDGES, TABLE};
+use self::table::CaseTable;
+pub(super) use self::table::{EDGES, TABLE};
 use super::edge_roots::{self, Accuracy, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
 use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
@@ -220,23 +221,12 @@ impl<'a> Slab<'a> {
         let edge = self.grid.edge(&start, axis, values);
         if self.grid.leads_to_ghost(&start, axis) {
             self.caps
-                .push((self.edges.len(), self.outward(edge.inside)));
+                .push((self.edges.len(), self.grid.outward(edge.inside)));
         }
         self.cut_by_box |= self.grid.is_cut(&start, axis);
         self.edges.push(edge);
         // A number beyond the range wraps, but is not used: then the vertices are too many.
         (self.edges.len() - 1) as u32
-    }
-
-    /// The outward normal of the box at a point of its boundary; at its edges and corners the
-    /// mean of the sides' normals, so that it is one for all vertices there.
-    fn outward(&self, point: DVec3) -> DVec3 {
-        let component = |axis: usize| {
-            let along = &self.grid.coordinates[axis];
-            let beyond = u8::from(point[axis] == along[along.len() - 1]);
-            f64::from(beyond) - f64::from(u8::from(point[axis] == along[0]))
-        };
-        DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
     }
 
     /// Adds the triangles of the cells between two layers. `cases` is a row of scratch.

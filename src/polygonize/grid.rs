@@ -164,6 +164,17 @@ impl Grid {
         self.leads_to_ghost(start, axis) || start.iter().enumerate().any(on_side)
     }
 
+    /// The outward normal of the box at a point of its boundary; at its edges and corners the
+    /// mean of the sides' normals, so that it is one for all vertices there.
+    pub(super) fn outward(&self, point: DVec3) -> DVec3 {
+        let component = |axis: usize| {
+            let along = &self.coordinates[axis];
+            let beyond = u8::from(point[axis] == along[along.len() - 1]);
+            f64::from(beyond) - f64::from(u8::from(point[axis] == along[0]))
+        };
+        DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
+    }
+
     /// The coordinates along an axis without the ghosts.
     fn real_coordinates(&self, axis: usize) -> &[f64] {
         &self.coordinates[axis][self.ghosts..self.points(axis) - self.ghosts]
@@ -183,7 +194,7 @@ impl Grid {
 }
 
 /// The coordinate after `step` of `count` equal steps along a side; exact at both ends.
-fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> f64 {
+pub(super) fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> f64 {
     let (done, left) = (step as f64, (count - step) as f64);
     match (step, count - step) {
         (0, _) => low,

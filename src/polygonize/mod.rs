@@ -7,14 +7,19 @@
 //! said about the topology holds up to the cell size: what is thinner than a cell may be missed,
 //! and so is a zero without a change of sign, such as that of (x² + y² − 1)².
 
+mod continuation;
 mod cubes;
 mod edge_roots;
+mod enclosure;
 mod error;
 mod grid;
+mod octree;
 mod options;
 mod roots;
+mod simplices;
 mod squares;
 mod statistics;
+mod tetrahedra;
 
 use self::edge_roots::Accuracy;
 use self::error::no_surface;
@@ -24,8 +29,8 @@ use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
 pub use error::PolygonizeError;
-pub use options::{Method, Options, default_cell};
-pub use statistics::Statistics;
+pub use options::{Method, Options, Split, default_cell};
+pub use statistics::{Leaves, Statistics};
 
 /// A level set as polygons.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +56,7 @@ pub enum Shape {
 }
 
 /// One polygonization: what methods work on.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     field: &'a dyn Field,
     options: &'a Options,
@@ -98,6 +104,9 @@ pub fn polygonize(
         Method::Bracketing => roots::find(&job)?,
         Method::Squares => squares::march(&job)?,
         Method::Cubes => cubes::march(&job)?,
+        Method::Tetrahedra => tetrahedra::march(&job)?,
+        Method::Octree => octree::march(&job)?,
+        Method::Continuation => continuation::march(&job)?,
     };
     // Of poor roots alone there is no level set.
     if statistics.good_roots == 0 {
@@ -127,23 +136,45 @@ fn accuracy(options: &Options) -> Accuracy {
 ///
 /// Too many cells.
 fn uniform_grid(options: &Options) -> Result<Grid, PolygonizeError> {
-    let bounds = &options.bounds;
+    let counts = cell_counts(options);
+    check_cells(counts.iter().product(), options)?;
+    let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
+    // In R1 there is nothing to be closed.
+    let cap = options.cap && options.bounds.dimension > 1;
+    Ok(Grid::new(&options.bounds, &counts, cap))
+}
+
+/// The number of cells along each axis of a box in R3.
+///
+/// # Errors
+///
+/// Too many cells.
+fn grid_counts(options: &Options) -> Result<[usize; 3], PolygonizeError> {
+    let counts = cell_counts(options);
+    check_cells(counts.iter().product(), options)?;
+    Ok(std::array::from_fn(|axis| {
+        counts.get(axis).map_or(1, |&count| count as usize)
+    }))
+}
+
+/// The number of cells along each axis: as few as `cell` allows.
+fn cell_counts(options: &Options) -> Vec<f64> {
     let count = |(low, high): (f64, f64)| {
         // A quotient that exceeds an integer by no more than rounding needs no further cell.
         ((high - low) / options.cell * (1.0 - 1e-12))
             .ceil()
             .max(1.0)
     };
-    let counts: Vec<f64> = bounds.sides().map(count).collect();
-    let needed = counts.iter().product();
+    options.bounds.sides().map(count).collect()
+}
+
+/// Refuses more cells than are allowed.
+fn check_cells(needed: f64, options: &Options) -> Result<(), PolygonizeError> {
     if needed > options.cell_limit as f64 {
         return Err(PolygonizeError::TooManyCells {
             needed,
             limit: options.cell_limit,
         });
     }
-    let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
-    // In R1 there is nothing to be closed.
-    let cap = options.cap && bounds.dimension > 1;
-    Ok(Grid::new(bounds, &counts, cap))
+    Ok(())
 }

@@ -1,5 +1,7 @@
 //! How to polygonize: the methods, and what can be asked of all of them.
 
+use glam::DVec3;
+
 use super::PolygonizeError;
 use crate::geometry::Bounds;
 
@@ -12,6 +14,12 @@ pub enum Method {
     Squares,
     /// R3: marching cubes.
     Cubes,
+    /// R3: marching tetrahedra, in cells that are divided as [`Options::split`] says.
+    Tetrahedra,
+    /// R3: marching tetrahedra in an octree that is fine where the level set is curved.
+    Octree,
+    /// R3: marching cubes in the cells that are reached from seeds along the level set.
+    Continuation,
 }
 
 impl Method {
@@ -20,6 +28,9 @@ impl Method {
         (Method::Bracketing, "bracketing", &[1]),
         (Method::Squares, "squares", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Tetrahedra, "tetrahedra", &[3]),
+        (Method::Octree, "octree", &[3]),
+        (Method::Continuation, "continuation", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.
@@ -59,6 +70,41 @@ impl Method {
     }
 }
 
+/// How cells are divided into tetrahedra.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Split {
+    /// Into five, by turns in two ways: the fewest.
+    Five,
+    /// Into six around a diagonal, all cells alike (Freudenthal, Kuhn).
+    #[default]
+    Six,
+    /// Into twelve: from the centre to the halves of the sides.
+    Twelve,
+    /// Into twenty-four: from the centre to the quarters of the sides around their centres.
+    /// Symmetric in all axes.
+    TwentyFour,
+    /// Not the cells are divided, but their corners and centres are the body-centred cubic
+    /// lattice, whose tetrahedra are alike and nearest to regular ones: twelve a cell.
+    Centred,
+}
+
+impl Split {
+    /// All splits with their names.
+    pub const TABLE: &'static [(Split, &'static str)] = &[
+        (Split::Five, "5"),
+        (Split::Six, "6"),
+        (Split::Twelve, "12"),
+        (Split::TwentyFour, "24"),
+        (Split::Centred, "bcc"),
+    ];
+
+    /// The split of a name.
+    pub fn named(name: &str) -> Option<Split> {
+        let entry = Split::TABLE.iter().find(|(_, own)| *own == name)?;
+        Some(entry.0)
+    }
+}
+
 /// How to polygonize.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -78,6 +124,15 @@ pub struct Options {
     pub tolerance: f64,
     /// The greatest number of cells.
     pub cell_limit: usize,
+    /// How "tetrahedra" divides cells.
+    pub split: Split,
+    /// How far, as a length, the field's linear interpolant may put the level set from where it is
+    /// in a cell that "octree" leaves larger than `cell`; `None` for a 64th of `cell`. A curved
+    /// surface is a radius of curvature R away from its chords by cell² / 8 R, so that cells as
+    /// small as `cell` are reached where R is about 8 cells.
+    pub error: Option<f64>,
+    /// Where "continuation" begins; with none, wherever the box is not proven to be empty.
+    pub seeds: Vec<DVec3>,
 }
 
 impl Options {
@@ -93,6 +148,9 @@ impl Options {
             iso: 0.0,
             tolerance,
             cell_limit: 1 << 30,
+            split: Split::default(),
+            error: None,
+            seeds: Vec::new(),
         }
     }
 }
@@ -139,5 +197,13 @@ pub(super) fn check_options(options: &Options) -> Result<(), PolygonizeError> {
     demand(positive(options.cell), "cell", size, options.cell)?;
     let tolerance = options.tolerance;
     demand(positive(tolerance), "tolerance", size, tolerance)?;
+    if let Some(error) = options.error {
+        demand(positive(error), "error", size, error)?;
+    }
+    for &seed in &options.seeds {
+        let inside = options.bounds.contains(seed);
+        let outside = seed - seed.clamp(options.bounds.min, options.bounds.max);
+        demand(inside, "seeds", "lie in the box", outside.length())?;
+    }
     demand(options.iso.is_finite(), "iso", "be finite", options.iso)
 }

@@ -235,7 +235,7 @@ pub(super) struct Eval {
 pub(super) struct Mesh {
     #[command(flatten)]
     pub(super) subject: Subject,
-    /// The method
+    /// The method: in R3 cubes, tetrahedra, octree or continuation
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell
@@ -253,6 +253,15 @@ pub(super) struct Mesh {
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
+    /// With tetrahedra, into how many a cell is cut: 5, 6, 12, 24 or bcc (the body-centred lattice)
+    #[arg(long, value_name = "NAME")]
+    pub(super) split: Option<String>,
+    /// With octree, how far from flat, as a length, the surface may be in a larger cell
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) error: Option<String>,
+    /// With continuation, points near the components that are wanted, as in "[[0, 0, 1]]"
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) seeds: Option<String>,
     #[command(flatten)]
     pub(super) common: Common,
 }

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::extent::found_bounds;
+use super::samples::points_of;
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
@@ -12,7 +13,7 @@ use crate::language::function::At;
 use crate::language::product::{self, CurveSet, MeshSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
-use crate::polygonize::{self, Method, PolygonizeError, Polygonized, Shape};
+use crate::polygonize::{self, Method, PolygonizeError, Polygonized, Shape, Split};
 
 pub(super) const TABLE: &[Builtin] = &[
     action(
@@ -26,8 +27,11 @@ pub(super) const TABLE: &[Builtin] = &[
             "iso = 0",
             "cap = false",
             "tolerance = 1e-9",
+            "split = 6",
+            "error =",
+            "seeds =",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it.",
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. \"tetrahedra\" cuts cells into tetrahedra, `split` = 5, 6, 12 or 24 of them or \"bcc\", those of the body-centred lattice. \"octree\" does so with larger cells where the surface is flat to `error`, a length (by default `cell` / 64). \"continuation\" is marching cubes in those cells only that the surface leads to from `seeds`, points near it; without seeds from wherever the box is not proven to be empty.",
         polygonize,
     ),
     measure(
@@ -162,12 +166,65 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
     }
+    own_options(session, arguments, &mut options)?;
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
     let monitor = &session.monitor();
     let found = polygonize::polygonize(&field, &options, monitor)
         .map_err(|error| polygonize_failure(error, arguments))?;
     warn_about_mesh(session, arguments, &found.statistics, &options);
     Ok(value_of(found))
+}
+
+/// The arguments that belong to one method, each with that.
+const OWN: &[(&str, Method)] = &[
+    ("split", Method::Tetrahedra),
+    ("error", Method::Octree),
+    ("seeds", Method::Continuation),
+];
+
+/// Takes the arguments that belong to one method; another would ignore them, so that they are
+/// refused.
+fn own_options(
+    session: &mut Session,
+    arguments: &Arguments,
+    options: &mut polygonize::Options,
+) -> Outcome<()> {
+    let dimension = options.bounds.dimension;
+    let method = options.method.unwrap_or(Method::usual(dimension));
+    for &(name, owner) in OWN {
+        if arguments.given(name).is_some() && method != owner {
+            let message = format!(
+                "`{name}` has no meaning with the method \"{}\": it is for \"{}\"",
+                method.name(),
+                owner.name()
+            );
+            return Err(arguments.bad(name, message));
+        }
+    }
+    if let Some(split) = arguments.plain(session, "split")? {
+        options.split = split_of(arguments, &split)?;
+    }
+    options.error = arguments.positive(session, "error")?;
+    if let Some(seeds) = arguments.plain(session, "seeds")? {
+        options.seeds = points_of(&seeds, dimension).ok_or_else(|| {
+            let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
+            arguments.expected(expected, "seeds", &seeds)
+        })?;
+    }
+    Ok(())
+}
+
+/// The split of a number or a name.
+fn split_of(arguments: &Arguments, value: &Value) -> Outcome<Split> {
+    let name = match value {
+        Value::Number(number) => number.to_string(),
+        Value::Text(name) => name.to_string(),
+        other => return Err(arguments.expected("a number or a string", "split", other)),
+    };
+    Split::named(&name).ok_or_else(|| {
+        let message = format!("`split` must be 5, 6, 12, 24 or \"bcc\", but it is {name}");
+        arguments.bad("split", message)
+    })
 }
 
 /// The polygonizer that is asked for, if one is.
@@ -249,6 +306,7 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
         PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
+        PolygonizeError::LostSeed { .. } => arguments.bad("seeds", message),
         PolygonizeError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
     }
 }
@@ -288,6 +346,13 @@ fn warn_about_mesh(
             Code::CutByBox,
             format!("the box cuts the level set, which is {done} there"),
             help,
+        );
+    }
+    if statistics.may_miss_components {
+        warn(
+            Code::MaybeMissed,
+            "only components that the seeds lead to were followed".into(),
+            "leave out `seeds`, and all components are found that cells can show",
         );
     }
     let jumps = statistics.poor_roots - statistics.domain_ends;

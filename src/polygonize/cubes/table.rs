@@ -20,7 +20,7 @@
 use std::sync::LazyLock;
 
 /// The cube's edges as (lower corner, axis).
-pub(super) const EDGES: [(usize, usize); 12] = [
+pub(in crate::polygonize) const EDGES: [(usize, usize); 12] = [
     (0, 0),
     (2, 0),
     (4, 0),
@@ -46,10 +46,10 @@ const FACES: [[usize; 4]; 6] = [
 ];
 
 /// The triangles of each of the 256 cases.
-pub(super) static TABLE: LazyLock<CaseTable> = LazyLock::new(CaseTable::generate);
+pub(in crate::polygonize) static TABLE: LazyLock<CaseTable> = LazyLock::new(CaseTable::generate);
 
 /// Triangles of all cases in one list, and where each case starts in it.
-pub(super) struct CaseTable {
+pub(in crate::polygonize) struct CaseTable {
     starts: [usize; 257],
     triangles: Vec<[u8; 3]>,
 }
@@ -57,7 +57,7 @@ pub(super) struct CaseTable {
 impl CaseTable {
     /// The triangles of a case, as triples of edges, counter-clockwise seen from outside the
     /// surface. Bit c of `case` tells whether corner c is inside.
-    pub(super) fn triangles(&self, case: u8) -> &[[u8; 3]] {
+    pub(in crate::polygonize) fn triangles(&self, case: u8) -> &[[u8; 3]] {
         let case = usize::from(case);
         &self.triangles[self.starts[case]..self.starts[case + 1]]
     }

@@ -1,0 +1,355 @@
+//! Continuation: marching cubes in those cells of the grid that are reached from seeds along the
+//! level set, from a cell to each neighbour across a side that the level set crosses (G. Wyvill,
+//! C. McPheeters, B. Wyvill, "Data structure for soft objects", The Visual Computer 2, 1986;
+//! J. Bloomenthal, "Polygonization of implicit surfaces", Computer Aided Geometric Design 5, 1988).
+//! Cost and memory grow with the surface.
+//!
+//! Without given seeds every crossed cell of every box is one that is not proven to be inside or
+//! outside (`seeds`): then nothing is missed that the grid shows, and the mesh is that of
+//! marching cubes to the last bit. From given seeds only the components are found that cells
+//! connect to them.
+//!
+//! A generation of cells is evaluated together, in parallel.
+
+mod seeds;
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::cubes::{EDGES, TABLE};
+use super::edge_roots::{self, Edge, Root};
+use super::grid::{Grid, Seen};
+use super::{Found, Job, PolygonizeError, Shape, Statistics, cell_counts, check_cells};
+use crate::geometry::Mesh;
+
+/// How many points or roots make one piece of parallel work.
+const CHUNK: usize = 2048;
+
+/// A cell or a point, by its indices; ghosts included.
+type Index = [u32; 3];
+
+/// The corners of a cell's side: those with this bit along the axis.
+fn side(axis: usize, end: usize) -> u8 {
+    const UPPER: [u8; 3] = [0b1010_1010, 0b1100_1100, 0b1111_0000];
+    if end == 1 { UPPER[axis] } else { !UPPER[axis] }
+}
+
+/// The mesh of the level set by marching cubes from seeds: oriented and manifold, watertight
+/// unless the box cuts it and there is no cap.
+pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
+    let options = job.options;
+    let counts = cell_counts(options);
+    // An index has 32 bits, the number of a cell 64.
+    if counts.iter().any(|&count| count > 1e6) {
+        return Err(PolygonizeError::TooManyCells {
+            needed: counts.iter().product(),
+            limit: options.cell_limit,
+        });
+    }
+    let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
+    let grid = Grid::new(&options.bounds, &counts, options.cap);
+    let mut survey = Survey::new(job, &grid);
+    let seeds = if options.seeds.is_empty() {
+        seeds::everywhere(&mut survey)?
+    } else {
+        seeds::given(&mut survey)?
+    };
+    survey.visit(seeds)?;
+    let mut statistics = Statistics {
+        cells: survey.crossed.len(),
+        evaluations: survey.seen.points() + survey.repeated,
+        nan_points: survey.seen.nan,
+        may_miss_components: !options.seeds.is_empty(),
+        ..Statistics::default()
+    };
+    let seen = survey.seen;
+    let (mesh, more) = survey.into_mesh()?;
+    statistics = statistics.and(more);
+    Ok((Shape::Mesh(mesh), seen, statistics))
+}
+
+/// What is known of the grid.
+struct Survey<'a> {
+    job: &'a Job<'a>,
+    grid: &'a Grid,
+    /// F − iso by the number of the point, ghosts aside.
+    values: FxHashMap<u64, f64>,
+    /// Cells that were asked for.
+    visited: FxHashSet<u64>,
+    /// Those that the level set crosses, with their cases.
+    crossed: Vec<(u64, u8)>,
+    /// How often F was seen to be what at the points in `values` and others.
+    seen: Seen,
+    /// Evaluations at points that were counted before.
+    repeated: usize,
+}
+
+impl<'a> Survey<'a> {
+    fn new(job: &'a Job<'a>, grid: &'a Grid) -> Self {
+        Survey {
+            job,
+            grid,
+            values: FxHashMap::default(),
+            visited: FxHashSet::default(),
+            crossed: Vec::new(),
+            seen: Seen::default(),
+            repeated: 0,
+        }
+    }
+
+    /// The number of cells along an axis, ghosts included.
+    fn cells(&self, axis: usize) -> u32 {
+        (self.grid.points(axis) - 1) as u32
+    }
+
+    /// The number of a point, or of the cell above it: in the order of layers and rows.
+    fn key(&self, [x, y, z]: Index) -> u64 {
+        let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
+        (u64::from(z) * height + u64::from(y)) * width + u64::from(x)
+    }
+
+    /// The indices of a number.
+    fn index(&self, key: u64) -> Index {
+        let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
+        [
+            (key % width) as u32,
+            (key / width % height) as u32,
+            (key / (width * height)) as u32,
+        ]
+    }
+
+    fn is_ghost(&self, point: Index) -> bool {
+        (0..3).any(|axis| self.grid.is_ghost(axis, point[axis] as usize))
+    }
+
+    /// F − iso at a point that was evaluated; infinite at ghosts.
+    fn value(&self, point: Index) -> f64 {
+        if self.is_ghost(point) {
+            return f64::INFINITY;
+        }
+        let known = self.values.get(&self.key(point));
+        known.copied().unwrap_or(f64::NAN)
+    }
+
+    /// The case of a cell whose corners were evaluated.
+    fn case(&self, cell: Index) -> u8 {
+        let flag = |number: usize| u8::from(self.value(corner(cell, number)) < 0.0) << number;
+        (0..8).map(flag).sum()
+    }
+
+    /// F − iso at points that are no ghosts.
+    fn evaluated(&self, points: &[Index]) -> Result<Vec<f64>, PolygonizeError> {
+        let Job {
+            field,
+            accuracy,
+            monitor,
+            ..
+        } = *self.job;
+        let coordinates = &self.grid.coordinates;
+        let parts = points.par_chunks(CHUNK).flat_map_iter(|points| {
+            let mut values = vec![0.0; points.len()];
+            if !monitor.cancelled() {
+                let columns = [0, 1, 2].map(|axis| {
+                    let along = points.iter().map(|point| point[axis] as usize);
+                    along.map(|index| coordinates[axis][index]).collect()
+                });
+                let columns: [Vec<f64>; 3] = columns;
+                field.values(&columns.each_ref().map(Vec::as_slice), &mut values);
+            }
+            values.into_iter().map(move |value| value - accuracy.iso)
+        });
+        let values = parts.collect();
+        match monitor.cancelled() {
+            true => Err(PolygonizeError::Cancelled),
+            false => Ok(values),
+        }
+    }
+
+    /// Evaluates F at those of the points that are not known.
+    fn learn(&mut self, points: impl Iterator<Item = Index>) -> Result<(), PolygonizeError> {
+        let unknown =
+            |&point: &Index| !self.is_ghost(point) && !self.values.contains_key(&self.key(point));
+        let mut points: Vec<u64> = points
+            .filter(unknown)
+            .map(|point| self.key(point))
+            .collect();
+        points.par_sort_unstable();
+        points.dedup();
+        let places: Vec<Index> = points.iter().map(|&key| self.index(key)).collect();
+        let values = self.evaluated(&places)?;
+        self.seen = self.seen.and(Seen::of_values(&values));
+        self.values.extend(points.into_iter().zip(values));
+        Ok(())
+    }
+
+    /// Visits the cells and, from each that the level set crosses, its neighbours across the
+    /// sides that it crosses.
+    fn visit(&mut self, seeds: Vec<Index>) -> Result<(), PolygonizeError> {
+        let mut generation: Vec<u64> = seeds.into_iter().map(|cell| self.key(cell)).collect();
+        generation.retain(|&cell| self.visited.insert(cell));
+        while !generation.is_empty() {
+            generation.sort_unstable();
+            let cells: Vec<Index> = generation.iter().map(|&key| self.index(key)).collect();
+            self.learn(
+                cells
+                    .iter()
+                    .flat_map(|&cell| (0..8).map(move |c| corner(cell, c))),
+            )?;
+            generation = Vec::new();
+            for cell in cells {
+                let case = self.case(cell);
+                if case == 0 || case == 255 {
+                    continue;
+                }
+                self.crossed.push((self.key(cell), case));
+                for axis in 0..3 {
+                    for end in [0, 1] {
+                        let flags = case & side(axis, end);
+                        let next = self.neighbour(cell, axis, end);
+                        if let Some(next) = next
+                            && flags != 0
+                            && flags != side(axis, end)
+                            && self.visited.insert(self.key(next))
+                        {
+                            generation.push(self.key(next));
+                        }
+                    }
+                }
+            }
+            check_cells(self.crossed.len() as f64, self.job.options)?;
+            // Nobody knows how many there will be.
+            self.job.monitor.progress("following the surface", 0.0);
+        }
+        Ok(())
+    }
+
+    /// The cell across a side, if there is one.
+    fn neighbour(&self, cell: Index, axis: usize, end: usize) -> Option<Index> {
+        let mut next = cell;
+        next[axis] = match end {
+            0 => cell[axis].checked_sub(1)?,
+            _ => cell[axis] + 1,
+        };
+        (next[axis] < self.cells(axis)).then_some(next)
+    }
+
+    /// The number of an edge of a cell, in the order in which marching cubes numbers vertices:
+    /// layer by layer, first the edges in it row by row, then those to the next.
+    fn edge_key(&self, cell: Index, edge: usize) -> u64 {
+        let (first, axis) = EDGES[edge];
+        let [x, y, z] = corner(cell, first).map(u64::from);
+        let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
+        let (between, turn) = if axis == 2 { (1, 0) } else { (0, axis as u64) };
+        (((2 * z + between) * height + y) * 2 + turn) * width + x
+    }
+
+    /// Where an edge of this number begins, and its axis.
+    fn edge_place(&self, key: u64) -> ([usize; 3], usize) {
+        let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
+        let (x, row) = (key % width, key / width);
+        let (turn, row) = (row % 2, row / 2);
+        let (y, layer) = (row % height, row / height);
+        let axis = if layer % 2 == 1 { 2 } else { turn as usize };
+        ([x, y, layer / 2].map(|index| index as usize), axis)
+    }
+
+    /// The surface in the crossed cells.
+    fn into_mesh(mut self) -> Result<(Mesh, Statistics), PolygonizeError> {
+        self.visited = FxHashSet::default();
+        self.crossed.par_sort_unstable();
+        let mut keys: Vec<u64> = self
+            .crossed
+            .par_iter()
+            .flat_map_iter(|&(cell, case)| {
+                let cell = self.index(cell);
+                let crossed = move |edge: &usize| {
+                    let (lower, axis) = EDGES[*edge];
+                    (case >> lower ^ case >> (lower | 1 << axis)) & 1 == 1
+                };
+                (0..12).filter(crossed).map(move |edge| (cell, edge))
+            })
+            .map(|(cell, edge)| self.edge_key(cell, edge))
+            .collect();
+        keys.par_sort_unstable();
+        keys.dedup();
+        if u32::try_from(keys.len()).is_err() {
+            return Err(PolygonizeError::TooManyVertices {
+                vertices: keys.len(),
+            });
+        }
+        let (roots, statistics) = self.roots(&keys)?;
+        let mut mesh = Mesh {
+            positions: roots.iter().map(|root| root.position).collect(),
+            normals: roots.iter().map(|root| root.normal).collect(),
+            triangles: Vec::new(),
+        };
+        let triangles = self.crossed.par_iter().flat_map_iter(|&(cell, case)| {
+            let cell = self.index(cell);
+            // Every edge of a triangle is crossed, so it was numbered.
+            let number = |edge: u8| {
+                let found = keys.binary_search(&self.edge_key(cell, usize::from(edge)));
+                found.unwrap_or_else(|place| place) as u32
+            };
+            TABLE
+                .triangles(case)
+                .iter()
+                .map(move |triangle| triangle.map(&number))
+                .collect::<Vec<_>>()
+        });
+        mesh.triangles = triangles.collect();
+        mesh.collapse_degenerate_edges();
+        Ok((mesh, statistics))
+    }
+
+    /// The roots on the edges of these numbers.
+    fn roots(&self, keys: &[u64]) -> Result<(Vec<Root>, Statistics), PolygonizeError> {
+        let Job {
+            field,
+            accuracy,
+            monitor,
+            ..
+        } = *self.job;
+        let solved: Vec<(Vec<Root>, Statistics)> = keys
+            .par_chunks(CHUNK)
+            .map(|keys| {
+                let places: Vec<_> = keys.iter().map(|&key| self.edge_place(key)).collect();
+                let edges: Vec<Edge> = places.iter().map(|place| self.edge(*place)).collect();
+                let (mut roots, evaluations) = edge_roots::solve(field, accuracy, &edges, monitor);
+                let mut statistics = Statistics {
+                    evaluations,
+                    ..Statistics::of_roots(&roots)
+                };
+                for ((start, axis), root) in places.iter().zip(&mut roots) {
+                    statistics.cut_by_box |= self.grid.is_cut(start, *axis);
+                    if self.grid.leads_to_ghost(start, *axis) {
+                        root.normal = self.grid.outward(root.position);
+                    }
+                }
+                (roots, statistics)
+            })
+            .collect();
+        if monitor.cancelled() {
+            return Err(PolygonizeError::Cancelled);
+        }
+        let mut all = Vec::with_capacity(keys.len());
+        let mut statistics = Statistics::default();
+        for (roots, more) in solved {
+            all.extend(roots);
+            statistics = statistics.and(more);
+        }
+        Ok((all, statistics))
+    }
+
+    /// The edge from a point along an axis.
+    fn edge(&self, (start, axis): ([usize; 3], usize)) -> Edge {
+        let mut ends = [start.map(|index| index as u32); 2];
+        ends[1][axis] += 1;
+        self.grid
+            .edge(&start, axis, ends.map(|end| self.value(end)))
+    }
+}
+
+/// The point at a corner of a cell.
+fn corner(cell: Index, number: usize) -> Index {
+    [0, 1, 2].map(|axis| cell[axis] + (number >> axis & 1) as u32)
+}
