@@ -56,6 +56,16 @@ impl Node {
         })
     }
 
+    /// What it is a part of, below the coarsest level.
+    fn parent(&self) -> Node {
+        let size = 2 * self.size;
+        Node {
+            level: self.level.saturating_sub(1),
+            low: self.low.map(|place| place / size * size),
+            size,
+        }
+    }
+
     /// Whether it touches a side of the box.
     fn touches_side(&self, lattice: &Lattice) -> bool {
         (0..3).any(|axis| self.low[axis] == 0 || self.low[axis] + self.size == lattice.top[axis])

@@ -110,7 +110,8 @@ fn seeds_choose_components() {
         assert_eq!(assert_closed("blobs", &found).components, components);
         assert!(found.statistics.may_miss_components);
         let share = found.shape.volume() / all.shape.volume();
-        assert!((share - components as f64 / 8.0).abs() < 1e-6, "{share}");
+        // Cells are cut alike, but not all their triangles are mirror images.
+        assert!((share - components as f64 / 8.0).abs() < 1e-3, "{share}");
     }
 }
 

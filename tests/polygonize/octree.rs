@@ -62,8 +62,9 @@ fn leaves_fill_the_box_in_three_colours_and_grow_with_the_surface() {
     // O(1/h²) cells and evaluations.
     let growth = counts[1].0 / counts[0].0;
     assert!(growth > 3.8 && growth < 4.2, "{growth}");
+    // The same, but for what coarse levels cost.
     let growth = counts[1].1 / counts[0].1;
-    assert!(growth > 3.6 && growth < 4.4, "{growth}");
+    assert!(growth > 3.0 && growth < 4.4, "{growth}");
 }
 
 #[test]

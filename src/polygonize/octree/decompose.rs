@@ -3,8 +3,10 @@
 //! The smallest sides are those of leaves that no smaller leaf touches from beyond; a larger leaf's
 //! side is made of them. Likewise edges. Around the centre of each smallest side it is divided up
 //! to its smallest edges, and from the triangles to the leaf's centre there are tetrahedra. What a
-//! smallest side or edge is depends on nothing but which points are corners of leaves, so that all
-//! leaves that share one see the same.
+//! smallest side or edge is depends on nothing but a set of points, so that all leaves that share
+//! one see the same: the corners of leaves and of everything that a division made beside them.
+//! Of these the latter are needed because not all parts of what was divided are here: a side that
+//! one part alone divides has its edges divided, too.
 
 use rayon::prelude::*;
 use rustc_hash::FxHashSet;
@@ -15,7 +17,7 @@ use super::{CHUNK, Node};
 /// What the division of all leaves depends on.
 pub(super) struct Decomposition<'a> {
     pub(super) lattice: &'a Lattice,
-    /// The numbers of the leaves' corners.
+    /// The numbers of the corners of all parts of what was divided.
     corners: FxHashSet<u64>,
 }
 
@@ -43,14 +45,20 @@ impl Square {
 impl<'a> Decomposition<'a> {
     /// For these leaves.
     pub(super) fn new(lattice: &'a Lattice, leaves: &[Node]) -> Self {
-        let corner = |number: u32| [number & 1, number >> 1 & 1, number >> 2].map(|bit| 2 * bit);
-        let corners = leaves
-            .iter()
-            .flat_map(|leaf| (0..8).map(move |number| lattice.key(leaf.at(corner(number)))));
-        Decomposition {
-            lattice,
-            corners: corners.collect(),
+        let mut divided: FxHashSet<(Place, u32)> = FxHashSet::default();
+        let mut corners: FxHashSet<u64> = FxHashSet::default();
+        for leaf in leaves {
+            let mut node = *leaf;
+            while node.level > 0 {
+                node = node.parent();
+                if !divided.insert((node.low, node.size)) {
+                    break;
+                }
+                let points = (0..27).map(|number| [number % 3, number / 3 % 3, number / 9]);
+                corners.extend(points.map(|halves| lattice.key(node.at(halves))));
+            }
         }
+        Decomposition { lattice, corners }
     }
 
     /// The numbers of all points that the tetrahedra have, ascending.

@@ -104,6 +104,63 @@ fn any_signs_in_any_octree_make_a_watertight_manifold() {
 }
 
 #[test]
+fn leaves_away_from_the_surface_may_be_missing() {
+    let bounds = Bounds::from_sides(&[(0.0, 1.0); 3]).unwrap();
+    let levels = Levels {
+        coarse: [2; 3],
+        finest: 3,
+    };
+    let lattice = Lattice::new(&bounds, [16; 3]).unwrap();
+    let options = Options {
+        cap: true,
+        ..Options::new(bounds)
+    };
+    let job = Job {
+        field: &Nothing,
+        options: &options,
+        accuracy: accuracy(&options),
+        monitor: &Silent,
+    };
+    for seed in 0..150 {
+        let mut state = seed;
+        let (mut leaves, mut missing) = (Vec::new(), Vec::new());
+        let mut open = build::coarse(&levels);
+        while let Some(node) = open.pop() {
+            if node.level < levels.finest && random(&mut state) % 100 < 45 {
+                open.extend(node.children());
+            } else if random(&mut state) % 100 < 30 {
+                missing.push(node);
+            } else {
+                leaves.push(node);
+            }
+        }
+        leaves.sort_unstable_by_key(|leaf| leaf.low);
+        let decomposition = Decomposition::new(&lattice, &leaves);
+        // Whatever touches a missing leaf is outside.
+        let is_outside = |place: Place| {
+            missing.iter().any(|leaf: &Node| {
+                (0..3).all(|axis| {
+                    (leaf.low[axis]..=leaf.low[axis] + leaf.size).contains(&place[axis])
+                })
+            })
+        };
+        let values = decomposition.points(&leaves).into_iter().map(|key| {
+            let chance = random(&mut state) % 2 == 0;
+            let positive = chance || is_outside(lattice.place(key));
+            (key, if positive { 1.0 } else { -1.0 })
+        });
+        let values: Values = values.collect();
+        let piece = surface(&decomposition, &leaves, &values, true).unwrap();
+        let (mesh, _) = simplices::finish(&job, &lattice, &piece).unwrap();
+        let topology = mesh.topology();
+        assert!(
+            topology.watertight && topology.manifold,
+            "seed {seed}: {topology:?}"
+        );
+    }
+}
+
+#[test]
 fn balanced_leaves_differ_by_one_level() {
     let bounds = Bounds::from_sides(&[(0.0, 1.0); 3]).unwrap();
     let levels = Levels {
