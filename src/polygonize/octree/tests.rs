@@ -70,7 +70,7 @@ fn any_signs_in_any_octree_make_a_watertight_manifold() {
         uneven += usize::from(steps.clone().max() > steps.min().map(|level| level + 1));
         let decomposition = Decomposition::new(&lattice, &leaves);
         let values = decomposition.points(&leaves).into_iter().map(|key| {
-            let positive = random(&mut state) % 2 == 0;
+            let positive = random(&mut state).is_multiple_of(2);
             (key, if positive { 1.0 } else { -1.0 })
         });
         let values: Values = values.collect();
@@ -145,7 +145,7 @@ fn leaves_away_from_the_surface_may_be_missing() {
             })
         };
         let values = decomposition.points(&leaves).into_iter().map(|key| {
-            let chance = random(&mut state) % 2 == 0;
+            let chance = random(&mut state).is_multiple_of(2);
             let positive = chance || is_outside(lattice.place(key));
             (key, if positive { 1.0 } else { -1.0 })
         });

@@ -95,7 +95,7 @@ fn oriented(corners: [[i32; 3]; 4]) -> Tetrahedron {
 /// `cut` is one of these; in neighbouring cells they are opposite ones.
 fn five(cut: usize) -> Vec<Tetrahedron> {
     // The parity of a corner is that of the number of its upper coordinates.
-    let is_cut = |number: &usize| (number ^ cut).count_ones() % 2 == 0;
+    let is_cut = |number: &usize| (number ^ cut).count_ones().is_multiple_of(2);
     let middle: Vec<usize> = (0..8).filter(|number| !is_cut(number)).collect();
     let corners = (0..8)
         .filter(is_cut)
