@@ -77,6 +77,7 @@ const KEPT: &[(&str, &str)] = &[
     ("lsp_types", "shell/lsp"),
     ("png", "file"),
     ("ttf_parser", "file"),
+    ("zip", "file"),
     ("similar", "shell"),
     ("notify", "shell"),
     ("nalgebra", "motion"),

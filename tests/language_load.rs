@@ -1,4 +1,5 @@
-//! `load`: fields from `.vm` files, and what is said of files that are none.
+//! `load`: fields from `.vm` files, meshes from `.obj`, `.stl`, `.ply` and `.off` files, and what is
+//! said of files that are none.
 
 mod common;
 
@@ -188,15 +189,20 @@ fn wrong_lines_are_reported_with_their_place() {
 
 #[test]
 fn files_that_cannot_be_read_are_named() {
-    let folder = folder(&[("mesh.obj", "v 0 0 0\n")]);
+    let folder = folder(&[("mesh.obj", "v 0 0 0\n"), ("mesh.svg", "")]);
     fs::create_dir(folder.path().join("folder.vm")).unwrap();
     for (path, code, words) in [
         ("no.vm", "E0701", "cannot read `no.vm`"),
         ("folder.vm", "E0701", "it is a folder"),
         (
-            "mesh.obj",
+            "mesh.svg",
             "E0706",
-            "the format OBJ cannot hold fields; .vm can",
+            "the format SVG is only written; .obj, .stl, .ply, .off, .vm can be read",
+        ),
+        (
+            "mesh.obj",
+            "E0707",
+            "`mesh.obj`, line 1: 1 point and no polygon with an area; expected a mesh",
         ),
         ("mesh.xyz", "E0705", "no file format is called `.xyz`"),
     ] {
@@ -225,4 +231,100 @@ fn the_number_of_lines_is_limited_by_that_of_nodes() {
         text.contains("E0602") && text.contains("more than 100 lines"),
         "{text}"
     );
+}
+
+/// The tetrahedron with edges of length √2 at four corners of the unit cube: its area is 2√3, its
+/// volume 1/3.
+const TETRAHEDRON: &str = "OFF\n4 4 6\n0 0 0\n1 1 0\n1 0 1\n0 1 1\n\
+                           3 0 1 2\n3 0 3 1\n3 0 2 3\n3 1 3 2\n";
+
+#[test]
+fn a_loaded_mesh_is_a_mesh_like_any_other() {
+    let script = "let m = load(\"models/a.off\")\n\
+                  print(m.method, m.vertices, m.triangles, m.watertight, genus(m), components(m))\n\
+                  print(abs(area(m) - 2*sqrt(3)) < 1e-15, abs(volume(m) - 1/3) < 1e-15)\n\
+                  field ball(p in R3) = norm(p) - load(\"models/a.off\").volume\n\
+                  print(ball(1, 0, 0) > 0.66)\n\
+                  let image = plot(m, \"a.png\", size = 40)\n\
+                  assert(image.covered > 0.05)\n\
+                  for name in [\"b.obj\", \"b.ply\", \"b.stl\", \"b.off\", \"b.glb\", \"b.3mf\", \"b.vtp\"] {\n\
+                      export(m, name)\n\
+                  }\n";
+    let folder = folder(&[("a.imp", script)]);
+    fs::create_dir(folder.path().join("models")).unwrap();
+    fs::write(folder.path().join("models/a.off"), TETRAHEDRON).unwrap();
+    let run = imp_in(folder.path(), &["run", "a.imp"]).well();
+    assert_eq!(
+        run.stdout.lines().collect::<Vec<_>>(),
+        ["loaded 4 4 true 0 1", "true true", "true"]
+    );
+    for name in ["b.obj", "b.ply", "b.stl", "b.off"] {
+        let expression = format!("load(\"{name}\").points");
+        let run = imp_in(folder.path(), &["eval", &expression]).well();
+        assert_eq!(
+            run.stdout.trim(),
+            "[[0, 0, 0], [1, 1, 0], [1, 0, 1], [0, 1, 1]]",
+            "{name}"
+        );
+    }
+    let run = imp_in(folder.path(), &["eval", "load(\"b.off\")", "--json"]).well();
+    let report = run.json();
+    assert_eq!(report["value"]["method"], "loaded");
+    // What only a polygonizer knows is absent.
+    assert!(report["value"].get("max_residual").is_none());
+    assert!(report["value"].get("evaluations").is_none());
+    let run = imp_in(folder.path(), &["eval", "load(\"b.off\").evaluations"]);
+    assert_eq!(run.code, 1);
+    let text = on_one_line(&run.stderr);
+    assert!(text.contains("cannot be given for this mesh"), "{text}");
+}
+
+#[test]
+fn what_is_polygonized_reads_back_with_its_measures() {
+    let script = "field torus(x, y, z) over -1.5..1.5 = (sqrt(x^2 + y^2) - 1)^2 + z^2 - 0.3^2\n\
+                  let m = polygonize(torus, cell = 0.15)\n\
+                  for name in [\"a.obj\", \"a.ply\", \"a.off\", \"a.stl\"] {\n\
+                      export(m, name)\n\
+                  }\n\
+                  print(m.area, m.volume, m.triangles)\n";
+    let folder = folder(&[("a.imp", script)]);
+    let told = imp_in(folder.path(), &["run", "a.imp"]).well().stdout;
+    let expected: Vec<f64> = told
+        .split_whitespace()
+        .map(|word| word.parse().unwrap())
+        .collect();
+    for (name, tolerance) in [
+        ("a.obj", 0.0),
+        ("a.ply", 0.0),
+        ("a.off", 0.0),
+        ("a.stl", 1e-6),
+    ] {
+        let words = ["area", "volume", "triangles", "genus", "components"];
+        let words = words.map(|word| format!("load(\"{name}\").{word}"));
+        let found = values(&folder, &words);
+        for (found, expected) in found.iter().zip(&expected) {
+            assert!(
+                (found - expected).abs() <= tolerance,
+                "{name}: {found}, not {expected}"
+            );
+        }
+        assert_eq!(found[3..], [1.0, 1.0], "{name}");
+    }
+}
+
+#[test]
+fn the_bytes_of_a_mesh_are_limited() {
+    let folder = folder(&[("a.off", TETRAHEDRON)]);
+    let length = TETRAHEDRON.len();
+    for (limit, code) in [(length, 0), (length - 1, 1)] {
+        let limit = format!("input={limit}");
+        let words = ["eval", "load(\"a.off\").genus", "--limit", &limit];
+        let run = imp_in(folder.path(), &words);
+        assert_eq!(run.code, code, "{}", run.stderr);
+        let text = on_one_line(&run.stderr);
+        assert!(
+            code == 0 || text.contains("E0609") && text.contains("--limit input=N"),
+            "{text}"
+        );
+    }
 }

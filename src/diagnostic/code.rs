@@ -91,6 +91,7 @@ codes! {
     E0606 ParticleLimit "too many particles",
     E0607 TimeLimit "too much time",
     E0608 OutputLimit "too much output",
+    E0609 InputLimit "file too large to load",
     E0701 CannotRead "file that cannot be read",
     E0702 NotText "file that is not UTF-8 text",
     E0703 CannotWrite "file that cannot be written",

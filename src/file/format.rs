@@ -4,8 +4,9 @@
 use std::io::{self, BufRead, Write};
 use std::path::Path;
 
-use super::vm::{FieldRoot, ReadError};
-use super::{FileError, csv, obj, ply, png, stl, svg, vm};
+use super::reading::{ReadError, Wrong};
+use super::vm::FieldRoot;
+use super::{FileError, csv, dxf, glb, obj, off, ply, png, stl, svg, threemf, vm, vtk};
 use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 
@@ -17,7 +18,17 @@ pub(super) type Writer<T> = fn(&mut dyn Write, &T) -> io::Result<()>;
 type FieldReader =
     fn(&mut dyn BufRead, &mut Graph, [NodeId; 3], u64) -> Result<FieldRoot, ReadError>;
 
-/// A file format. What it cannot hold has no writer, or for fields no reader.
+/// Makes a mesh of the bytes of a file.
+type MeshReader = fn(&[u8]) -> Result<Mesh, Wrong>;
+
+/// How a file is read.
+#[derive(Clone, Copy)]
+pub(super) enum Reader {
+    Field(FieldReader),
+    Mesh(MeshReader),
+}
+
+/// A file format. What it cannot hold has no writer, and what cannot be loaded no reader.
 pub struct Format {
     /// The usual name.
     pub name: &'static str,
@@ -31,8 +42,22 @@ pub struct Format {
     pub(super) samples: Option<Writer<Samples>>,
     pub(super) image: Option<Writer<Image>>,
     pub(super) animation: Option<Writer<Animation>>,
-    pub(super) field: Option<FieldReader>,
+    pub(super) reader: Option<Reader>,
 }
+
+/// A format that holds nothing, to begin an entry with.
+const EMPTY: Format = Format {
+    name: "",
+    extensions: &[],
+    documentation: "",
+    mesh: None,
+    plane_curves: None,
+    space_curves: None,
+    samples: None,
+    image: None,
+    animation: None,
+    reader: None,
+};
 
 /// All formats.
 pub static FORMATS: &[Format] = &[
@@ -44,86 +69,113 @@ pub static FORMATS: &[Format] = &[
         plane_curves: Some(obj::write_curves),
         space_curves: Some(obj::write_curves),
         samples: Some(obj::write_samples),
-        image: None,
-        animation: None,
-        field: None,
+        reader: Some(Reader::Mesh(obj::read_mesh)),
+        ..EMPTY
     },
     Format {
         name: "STL",
         extensions: &["stl"],
         documentation: "Binary STL: the triangles of a mesh in single precision, with the normals \
-                        of the facets.",
+                        of the facets. It is read as text, too.",
         mesh: Some(stl::write_mesh),
-        plane_curves: None,
-        space_curves: None,
-        samples: None,
-        image: None,
-        animation: None,
-        field: None,
+        reader: Some(Reader::Mesh(stl::read_mesh)),
+        ..EMPTY
     },
     Format {
         name: "PLY",
         extensions: &["ply"],
         documentation: "Binary PLY in double precision: meshes with normals, samples with normals, \
-                        radii and residuals, tangents and weights where there are any.",
+                        radii and residuals, tangents and weights where there are any. It is \
+                        read as text and in both byte orders.",
         mesh: Some(ply::write_mesh),
-        plane_curves: None,
-        space_curves: None,
         samples: Some(ply::write_samples),
-        image: None,
-        animation: None,
-        field: None,
+        reader: Some(Reader::Mesh(ply::read_mesh)),
+        ..EMPTY
+    },
+    Format {
+        name: "OFF",
+        extensions: &["off"],
+        documentation: "Geomview text: the vertices and triangles of a mesh, exactly.",
+        mesh: Some(off::write_mesh),
+        reader: Some(Reader::Mesh(off::read_mesh)),
+        ..EMPTY
+    },
+    Format {
+        name: "GLB",
+        extensions: &["glb"],
+        documentation: "Binary glTF 2.0: a mesh with normals in single precision. A unit is a \
+                        metre; z, which is up, is the y axis of glTF.",
+        mesh: Some(glb::write_mesh),
+        ..EMPTY
+    },
+    Format {
+        name: "3MF",
+        extensions: &["3mf"],
+        documentation: "3D Manufacturing Format: the vertices and triangles of a mesh, exactly. A \
+                        unit is a millimetre and z is up.",
+        mesh: Some(threemf::write_mesh),
+        ..EMPTY
+    },
+    Format {
+        name: "VTP",
+        extensions: &["vtp"],
+        documentation: "VTK's XML for polygons, in double precision: meshes with normals, curves \
+                        as lines, samples with all that is known of them.",
+        mesh: Some(vtk::write_mesh),
+        plane_curves: Some(vtk::write_curves),
+        space_curves: Some(vtk::write_curves),
+        samples: Some(vtk::write_samples),
+        ..EMPTY
+    },
+    Format {
+        name: "VTU",
+        extensions: &["vtu"],
+        documentation: "VTK's XML for unstructured grids, in double precision: a mesh with normals \
+                        as cells.",
+        mesh: Some(vtk::write_cells),
+        ..EMPTY
     },
     Format {
         name: "CSV",
         extensions: &["csv"],
         documentation: "A table with a header line: one row a sample, with all that is known of \
                         it, or one row a point of a curve, with the number of the curve.",
-        mesh: None,
         plane_curves: Some(csv::write_curves),
         space_curves: Some(csv::write_curves),
         samples: Some(csv::write_samples),
-        image: None,
-        animation: None,
-        field: None,
+        ..EMPTY
     },
     Format {
         name: "SVG",
         extensions: &["svg"],
         documentation: "A drawing: one path for each plane curve, y upward.",
-        mesh: None,
         plane_curves: Some(svg::write_curves),
-        space_curves: None,
-        samples: None,
-        image: None,
-        animation: None,
-        field: None,
+        ..EMPTY
+    },
+    Format {
+        name: "DXF",
+        extensions: &["dxf"],
+        documentation: "A drawing for computer-aided design (AutoCAD 2000): one polyline for each \
+                        plane curve.",
+        plane_curves: Some(dxf::write_curves),
+        ..EMPTY
     },
     Format {
         name: "PNG",
         extensions: &["png"],
         documentation: "A picture in sRGB with eight bits a channel, with opacity where it is \
                         needed; lossless. An animation is an animated PNG (APNG).",
-        mesh: None,
-        plane_curves: None,
-        space_curves: None,
-        samples: None,
         image: Some(png::write_image),
         animation: Some(png::write_animation),
-        field: None,
+        ..EMPTY
     },
     Format {
         name: "VM",
         extensions: &["vm"],
         documentation: "A field as text, one operation a line, as the Prospero benchmark has it; \
                         it is only read.",
-        mesh: None,
-        plane_curves: None,
-        space_curves: None,
-        samples: None,
-        image: None,
-        animation: None,
-        field: Some(vm::read_field),
+        reader: Some(Reader::Field(vm::read_field)),
+        ..EMPTY
     },
 ];
 
@@ -147,6 +199,18 @@ impl Format {
         Err(format.cannot_hold(kind))
     }
 
+    /// The reader of the format that the extension chooses.
+    ///
+    /// [`FileError::UnknownFormat`] and [`FileError::OnlyWritten`] name those that have one.
+    pub(super) fn reader(path: &Path) -> Result<Reader, FileError> {
+        let is_read = |format: &Format| format.reader.is_some();
+        let format = Format::known(path, is_read)?;
+        format.reader.ok_or_else(|| FileError::OnlyWritten {
+            format: format.name,
+            suitable: list_extensions(is_read),
+        })
+    }
+
     /// The format that the extension chooses; if there is none, those that suit are named.
     fn known(
         path: &Path,
@@ -163,7 +227,7 @@ impl Format {
             })
     }
 
-    /// The kinds of values that the format can hold, in words.
+    /// The kinds of values that can be written in the format, in words.
     pub fn holds(&self) -> Vec<&'static str> {
         let kinds = [
             (self.mesh.is_some(), "meshes"),
@@ -172,7 +236,6 @@ impl Format {
             (self.samples.is_some(), "samples"),
             (self.image.is_some(), "pictures"),
             (self.animation.is_some(), "animations"),
-            (self.field.is_some(), "fields"),
         ];
         let held = kinds.into_iter().filter(|(held, _)| *held);
         held.map(|(_, kind)| kind).collect()

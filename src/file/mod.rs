@@ -1,7 +1,7 @@
 //! Files: one format a file, all written whole or not at all.
 //!
 //! The last step of the way: meshes, curves, samples and pictures leave the program here,
-//! and fields that other programs made come in. The extension of the file name chooses the format from one table,
+//! and fields and meshes that other programs made come in. The extension of the file name chooses the format from one table,
 //! [`FORMATS`]; each format turns a value into bytes, or bytes into one, and knows nothing of
 //! paths. Text formats print every number with the fewest digits that read back as the same f64.
 
@@ -9,14 +9,21 @@ mod format;
 mod write;
 
 mod csv;
+mod dxf;
 mod font;
+mod glb;
 mod obj;
+mod off;
 mod ply;
 mod png;
 mod stl;
 mod svg;
+mod threemf;
 mod vm;
+mod vtk;
 
+mod assembly;
+mod reading;
 mod sample_columns;
 
 #[cfg(test)]
@@ -31,10 +38,11 @@ use thiserror::Error;
 use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
 use crate::graph::{Graph, NodeId};
 pub use font::Outline;
-use format::Writer;
 pub use format::{FORMATS, Format};
+use format::{Reader, Writer};
+pub use reading::Place;
+use reading::{ReadError, Wrong};
 pub use vm::FieldRoot;
-use vm::ReadError;
 pub use write::{Abandoned, abandon, resolve};
 
 /// Why a file was not written or not read.
@@ -57,21 +65,29 @@ pub enum FileError {
         source: io::Error,
     },
     /// The content is not what the format says.
-    #[error("`{}`, line {line}: {message}", path.display())]
+    #[error("`{}`, {place}: {message}", path.display())]
     BadContent {
         /// The file that was asked for.
         path: PathBuf,
-        /// The line that is wrong, from 1.
-        line: u64,
-        /// What is wrong with it and what was expected.
+        /// The line or byte that is wrong.
+        place: Place,
+        /// What is wrong there and what was expected.
         message: String,
     },
-    /// The content is larger than is allowed.
+    /// The content has more lines than are allowed.
     #[error("`{}` has more than {limit} lines", path.display())]
     TooLong {
         /// The file that was asked for.
         path: PathBuf,
         /// The most lines that it may have.
+        limit: u64,
+    },
+    /// The content has more bytes than are allowed.
+    #[error("`{}` has more than {limit} bytes, the most that is read", path.display())]
+    TooMuch {
+        /// The file that was asked for.
+        path: PathBuf,
+        /// The most bytes that it may have.
         limit: u64,
     },
     /// The file would have more bytes than are allowed.
@@ -98,6 +114,14 @@ pub enum FileError {
         /// The kind of values that it was to hold.
         value: &'static str,
         /// The extensions of the formats that can.
+        suitable: String,
+    },
+    /// The format cannot be read.
+    #[error("the format {format} is only written; {suitable} can be read")]
+    OnlyWritten {
+        /// The name of the format.
+        format: &'static str,
+        /// The extensions of the formats that can be read.
         suitable: String,
     },
 }
@@ -230,39 +254,77 @@ fn check_regular(path: &Path) -> io::Result<()> {
     }
 }
 
-/// Reads a field in the format that the extension names, and puts it into the graph over the
+/// What a file holds.
+#[derive(Debug)]
+pub enum Loaded {
+    /// A field, in nodes of the graph.
+    Field(FieldRoot),
+    /// A mesh.
+    Mesh(Mesh),
+}
+
+/// How much of a file is read.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowed {
+    /// The most lines of a field.
+    pub lines: u64,
+    /// The most bytes of a mesh.
+    pub bytes: u64,
+}
+
+/// Reads a file in the format that the extension names. A field is put into the graph over the
 /// nodes that stand for x, y and z.
 ///
-/// At most `line_limit` lines are read. When this fails the graph may hold nodes of the lines
-/// before.
-pub fn read_field(
+/// An error names the line or byte that is wrong. The graph may then hold nodes of the lines before.
+pub fn load(
     path: &Path,
     graph: &mut Graph,
     coordinates: [NodeId; 3],
-    line_limit: u64,
-) -> Result<FieldRoot, FileError> {
-    let format = Format::of_path(path)?;
-    let Some(read) = format.field else {
-        return Err(format.cannot_hold("fields"));
+    allowed: Allowed,
+) -> Result<Loaded, FileError> {
+    let reader = Format::reader(path)?;
+    let path = path.to_owned();
+    let content = check_regular(&path).and_then(|()| File::open(&path));
+    let file = match content {
+        Ok(file) => file,
+        Err(source) => return Err(FileError::CannotRead { path, source }),
     };
-    let failed = |source| FileError::CannotRead {
-        path: path.to_owned(),
-        source,
+    let result = match reader {
+        Reader::Field(read) => {
+            let mut input = BufReader::new(file);
+            read(&mut input, graph, coordinates, allowed.lines).map(Loaded::Field)
+        }
+        Reader::Mesh(read) => {
+            read_content(file, allowed.bytes).and_then(|content| Ok(Loaded::Mesh(read(&content)?)))
+        }
     };
-    check_regular(path).map_err(failed)?;
-    let mut input = BufReader::new(File::open(path).map_err(failed)?);
-    read(&mut input, graph, coordinates, line_limit).map_err(|error| match error {
-        ReadError::Failed(source) => failed(source),
-        ReadError::BadLine { line, message } => FileError::BadContent {
-            path: path.to_owned(),
-            line,
+    result.map_err(|error| match error {
+        ReadError::Failed(source) => FileError::CannotRead { path, source },
+        ReadError::Wrong(Wrong { place, message }) => FileError::BadContent {
+            path,
+            place,
             message,
         },
         ReadError::TooLong => FileError::TooLong {
-            path: path.to_owned(),
-            limit: line_limit,
+            path,
+            limit: allowed.lines,
+        },
+        ReadError::TooMuch => FileError::TooMuch {
+            path,
+            limit: allowed.bytes,
         },
     })
+}
+
+/// All bytes of a file, of which there are so many at most.
+fn read_content(file: File, limit: u64) -> Result<Vec<u8>, ReadError> {
+    let mut content = Vec::new();
+    let mut input = file.take(limit.saturating_add(1));
+    input.read_to_end(&mut content).map_err(ReadError::Failed)?;
+    match content.len() as u64 > limit {
+        true => Err(ReadError::TooMuch),
+        false => Ok(content),
+    }
 }
 
 /// Writes a value with the writer that the format has for values of its kind.
@@ -331,7 +393,7 @@ mod tests {
                 write_animation(path, &test_values::animation(), u64::MAX)
             }),
             ("meshes", |path| {
-                write_mesh(path, &test_values::mesh(), u64::MAX)
+                write_mesh(path, &test_values::single_precision_mesh(), u64::MAX)
             }),
             ("plane curves", |path| {
                 write_curves(path, &test_values::plane_curves(), u64::MAX)
@@ -366,8 +428,10 @@ mod tests {
             }
         }
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
-                        STL meshes, PLY meshes, PLY samples, \
+                        STL meshes, PLY meshes, PLY samples, OFF meshes, GLB meshes, 3MF meshes, \
+                        VTP meshes, VTP plane curves, VTP curves in space, VTP samples, VTU meshes, \
                         CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
+                        DXF plane curves, \
                         PNG animations, PNG pictures";
         assert_eq!(written.join(", "), expected);
     }
@@ -398,7 +462,8 @@ mod tests {
     fn messages_name_what_is_wrong_and_what_would_do() {
         let message = |result: Result<u64, FileError>| result.unwrap_err().to_string();
         let mesh = test_values::mesh();
-        let known = "known are .obj, .stl, .ply, .csv, .svg, .png, .vm";
+        let known = "known are .obj, .stl, .ply, .off, .glb, .3mf, .vtp, .vtu, .csv, .svg, .dxf, \
+                     .png, .vm";
         assert_eq!(
             message(write_mesh(Path::new("a.xyz"), &mesh, u64::MAX)),
             format!("no file format is called `.xyz`; {known}")
@@ -411,7 +476,7 @@ mod tests {
         }
         assert_eq!(
             message(write_mesh(Path::new("a.csv"), &mesh, u64::MAX)),
-            "the format CSV cannot hold meshes; .obj, .stl, .ply can"
+            "the format CSV cannot hold meshes; .obj, .stl, .ply, .off, .glb, .3mf, .vtp, .vtu can"
         );
         assert_eq!(
             message(write_curves(
@@ -419,7 +484,7 @@ mod tests {
                 &test_values::space_curves(),
                 u64::MAX
             )),
-            "the format SVG cannot hold curves in space; .obj, .csv can"
+            "the format SVG cannot hold curves in space; .obj, .vtp, .csv can"
         );
         assert_eq!(
             message(write_mesh(
@@ -429,5 +494,127 @@ mod tests {
             )),
             "cannot write `no/such/folder/a.obj`: the folder `no/such/folder` does not exist"
         );
+    }
+
+    fn read(path: &Path, bytes: u64) -> Result<Loaded, FileError> {
+        let mut graph = Graph::new();
+        let coordinates = [0, 1, 2].map(|axis| graph.coordinate(axis));
+        load(path, &mut graph, coordinates, Allowed { lines: 9, bytes })
+    }
+
+    #[test]
+    fn files_are_loaded_by_their_extension_and_within_limits() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let mesh = test_values::mesh();
+        let bytes = write_mesh(&place("a.PLY"), &mesh, u64::MAX).unwrap();
+        let loaded = read(&place("a.PLY"), bytes).unwrap();
+        assert!(matches!(loaded, Loaded::Mesh(found) if found == mesh));
+        let error = read(&place("a.PLY"), bytes - 1).unwrap_err().to_string();
+        assert!(error.ends_with(&format!(
+            "more than {} bytes, the most that is read",
+            bytes - 1
+        )));
+        fs::write(place("a.vm"), "a var-x\n").unwrap();
+        assert!(matches!(read(&place("a.vm"), 0), Ok(Loaded::Field(_))));
+        fs::write(place("a.obj"), "v 0 0 0\nf 1 2 3\n").unwrap();
+        let error = read(&place("a.obj"), 99).unwrap_err().to_string();
+        assert!(
+            error.contains("a.obj`, line 2: the vertex 2, of 1 so far"),
+            "{error}"
+        );
+        fs::write(place("a.stl"), [0; 90]).unwrap();
+        let error = read(&place("a.stl"), 99).unwrap_err().to_string();
+        assert!(
+            error.contains("a.stl`, byte 80: a binary STL file"),
+            "{error}"
+        );
+        let known = ".obj, .stl, .ply, .off, .vm";
+        assert_eq!(
+            read(&place("a.png"), 99).unwrap_err().to_string(),
+            format!("the format PNG is only written; {known} can be read")
+        );
+        assert_eq!(
+            read(&place("a.xyz"), 99).unwrap_err().to_string(),
+            format!("no file format is called `.xyz`; known are {known}")
+        );
+    }
+
+    /// Numbers by Marsaglia's xorshift, with the shifts 13, 7 and 17.
+    struct Dice(u64);
+
+    impl Dice {
+        fn below(&mut self, end: usize) -> usize {
+            self.0 ^= self.0 << 13;
+            self.0 ^= self.0 >> 7;
+            self.0 ^= self.0 << 17;
+            (self.0 % end as u64) as usize
+        }
+    }
+
+    /// Files that were cut off, changed or overwritten in places give a sound mesh or an error.
+    #[test]
+    fn no_damage_to_a_file_makes_a_reader_panic() {
+        let mesh = test_values::single_precision_mesh();
+        let text_of = |bytes: &str| bytes.as_bytes().to_vec();
+        let ascii = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                     property float z\nelement face 1\nproperty list uchar int vertex_index\n\
+                     end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+        let solid = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                     vertex 0 1 0\nendloop\nendfacet\nendsolid a\n";
+        let little = test_values::bytes(ply::write_mesh, &mesh);
+        let big = [
+            &b"ply\nformat binary_big_endian 1.0\nelement face 2\nproperty list int uint vertex_index\n\
+               element vertex 3\nproperty char x\nproperty char y\nproperty char z\nend_header\n"[..],
+            &[0, 0, 0, 3, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2],
+            &[0, 0, 0, 3, 0, 0, 0, 2, 0, 0, 0, 1, 0, 0, 0, 0],
+            &[0, 0, 0, 1, 0, 0, 0, 1, 0],
+        ]
+        .concat();
+        type Read = fn(&[u8]) -> Result<Mesh, Wrong>;
+        let files: [(Read, Vec<u8>); 7] = [
+            (ply::read_mesh, text_of(ascii)),
+            (ply::read_mesh, little),
+            (ply::read_mesh, big),
+            (stl::read_mesh, text_of(solid)),
+            (stl::read_mesh, test_values::bytes(stl::write_mesh, &mesh)),
+            (obj::read_mesh, test_values::bytes(obj::write_mesh, &mesh)),
+            (off::read_mesh, test_values::bytes(off::write_mesh, &mesh)),
+        ];
+        let spice: &[u8] = b"0123456789 \n\r-+.eE/#\\\0\xff\x7f\x80nifOFFNCvpl";
+        let mut dice = Dice(1994);
+        let (mut good, mut bad) = (0, 0);
+        for (read, content) in &files {
+            let mut judge = |content: &[u8]| match read(content) {
+                Ok(mesh) => {
+                    let vertices = mesh.positions.len();
+                    let corners = mesh.triangles.as_flattened();
+                    assert!(corners.iter().all(|&corner| (corner as usize) < vertices));
+                    assert!(mesh.positions.iter().all(|position| position.is_finite()));
+                    assert!(mesh.normals.is_empty() || mesh.normals.len() == vertices);
+                    good += 1;
+                }
+                Err(wrong) => {
+                    assert!(!wrong.message.is_empty());
+                    bad += 1;
+                }
+            };
+            judge(content);
+            (0..content.len()).for_each(|end| judge(&content[..end]));
+            for _ in 0..2000 {
+                let mut content = content.clone();
+                for _ in 0..1 + dice.below(4) {
+                    let at = dice.below(content.len());
+                    match dice.below(4) {
+                        0 => content[at] ^= 1 << dice.below(8),
+                        1 => content[at] = spice[dice.below(spice.len())],
+                        2 => content.insert(at, spice[dice.below(spice.len())]),
+                        _ => drop(content.remove(at)),
+                    }
+                }
+                judge(&content);
+            }
+        }
+        assert!(good > 1000 && bad > 1000, "{good} were read, {bad} refused");
     }
 }

@@ -1,10 +1,14 @@
 //! Wavefront OBJ: text, read by nearly everything. Vertices are numbered from 1.
 
+mod read;
+
 use std::io::{self, Write};
 
 use glam::DVec3;
 
 use crate::geometry::{Curves, Mesh, Samples};
+
+pub(super) use read::read_mesh;
 
 /// `v`, one `vn` for each vertex if there are normals, and `f`.
 pub(super) fn write_mesh(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {

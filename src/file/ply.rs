@@ -1,10 +1,15 @@
 //! Binary PLY (little endian) in double precision: the format that keeps everything about meshes
 //! and samples. G. Turk, "The PLY polygon file format", 1994.
 
+mod header;
+mod read;
+
 use std::io::{self, Write};
 
 use super::sample_columns;
 use crate::geometry::{Mesh, Samples};
+
+pub(super) use read::read_mesh;
 
 /// Vertices with positions, and normals if there are any; faces as lists of three indices.
 pub(super) fn write_mesh(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {

@@ -1,11 +1,15 @@
 //! Binary STL: triangles without connectivity, in single precision, little endian. For printing
 //! and for tools that know nothing else.
 
+mod read;
+
 use std::io::{self, Write};
 
 use glam::DVec3;
 
 use crate::geometry::Mesh;
+
+pub(super) use read::read_mesh;
 
 /// Free text. It must not begin with `solid`, by which readers recognise the text form of STL.
 const HEADER: &[u8; 80] =

@@ -21,8 +21,9 @@ fn awkward(number: usize) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|axis| AWKWARD[(3 * number + 2 * axis) % AWKWARD.len()]))
 }
 
+/// Unit vectors up to rounding.
 fn unit(number: usize) -> DVec3 {
-    DVec3::new(0.6, 0.8 - number as f64 * 1e-16, 1.0 / 7.0)
+    DVec3::new(2.0 / 7.0, 3.0 / 7.0 - number as f64 * 1e-16, 6.0 / 7.0)
 }
 
 /// Five vertices, three triangles, normals.
@@ -38,6 +39,15 @@ pub(super) fn mesh() -> Mesh {
 pub(super) fn mesh_without_normals() -> Mesh {
     Mesh {
         normals: Vec::new(),
+        ..mesh()
+    }
+}
+
+/// As many with positions that single precision holds exactly, for formats that have no other.
+pub(super) fn single_precision_mesh() -> Mesh {
+    let place = |number: usize| DVec3::new(number as f64 / 8.0, -1.5, (number * number) as f64);
+    Mesh {
+        positions: (0..5).map(place).collect(),
         ..mesh()
     }
 }

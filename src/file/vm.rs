@@ -20,6 +20,7 @@ use std::io::{self, BufRead, Read};
 
 use rustc_hash::FxHashMap;
 
+use super::reading::{Place, ReadError, Wrong, quoted};
 use crate::graph::{Graph, NodeId, Op};
 
 /// A field as nodes of a graph.
@@ -31,28 +32,9 @@ pub struct FieldRoot {
     pub root: NodeId,
 }
 
-/// Why a text is not a field.
-#[derive(Debug)]
-pub(super) enum ReadError {
-    /// It could not be read.
-    Failed(io::Error),
-    /// A line is wrong.
-    BadLine {
-        /// Its number, from 1.
-        line: u64,
-        /// What is wrong with it and what was expected.
-        message: String,
-    },
-    /// There are more lines than are allowed.
-    TooLong,
-}
-
 /// Bytes of the longest line: far more than an operation needs, so that a file that is something
 /// else altogether is not read into memory.
 const LONGEST_LINE: u64 = 1000;
-
-/// Characters of the longest name that a message quotes whole.
-const LONGEST_QUOTE: usize = 40;
 
 /// How an operation of the format becomes nodes.
 #[derive(Clone, Copy)]
@@ -157,7 +139,7 @@ pub(super) fn read_field(
         if line > line_limit {
             return Err(ReadError::TooLong);
         }
-        let bad_line = |message| ReadError::BadLine { line, message };
+        let bad_line = |message| wrong_line(line, message);
         if bytes.len() as u64 > LONGEST_LINE {
             let message =
                 format!("longer than {LONGEST_LINE} bytes, the most that a line may have");
@@ -174,12 +156,15 @@ pub(super) fn read_field(
     }
     if reader.known.is_empty() {
         let message = "the file ends without an operation; expected `name operation operands`";
-        return Err(ReadError::BadLine {
-            line: line.max(1),
-            message: message.into(),
-        });
+        return Err(wrong_line(line.max(1), message.into()));
     }
     Ok(reader.result)
+}
+
+/// The error for a line.
+fn wrong_line(line: u64, message: String) -> ReadError {
+    let place = Place::Line(line);
+    Wrong { place, message }.into()
 }
 
 /// The next line, or as much of it as shows that it is too long; false at the end.
@@ -283,14 +268,6 @@ impl Reader<'_> {
     }
 }
 
-/// A word of the file as a message shows it.
-fn quoted(word: &str) -> String {
-    match word.char_indices().nth(LONGEST_QUOTE) {
-        None => format!("`{word}`"),
-        Some((end, _)) => format!("`{}…`", &word[..end]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,8 +282,8 @@ mod tests {
     #[track_caller]
     fn refuses(text: &[u8], line: u64, words: &str) {
         match read(text, 10).1 {
-            Err(ReadError::BadLine { line: at, message }) => {
-                assert_eq!(at, line, "{message}");
+            Err(ReadError::Wrong(Wrong { place, message })) => {
+                assert_eq!(place, Place::Line(line), "{message}");
                 assert!(message.contains(words), "{message}");
                 assert!(message.contains("expected") || message.contains("the most"));
             }

@@ -20,28 +20,46 @@ impl Mesh {
     ///
     /// Costs O(n) plus, for each edge of length zero, the triangles around its ends.
     pub fn collapse_degenerate_edges(&mut self) -> usize {
-        let mut pending = degenerate_edges(self);
+        let edges = degenerate_edges(self);
+        let became = self.collapse_edges(edges);
+        became
+            .iter()
+            .zip(0..)
+            .filter(|&(&became, own)| became != own)
+            .count()
+    }
+
+    /// Collapses those of these edges that can be without a change of the topology, and drops the
+    /// vertices that no triangle uses; each remaining one keeps its position and normal. Returns
+    /// for every vertex that there was the least of those that it has become one with, by the
+    /// numbers before.
+    pub(crate) fn collapse_edges(&mut self, mut pending: Vec<(u32, u32)>) -> Vec<u32> {
         let mut collapse = Collapse::new(self, &pending);
-        let mut collapsed = 0;
         // A collapse may free an edge that could not be collapsed before.
         loop {
-            let before = collapsed;
+            let mut collapsed = false;
             pending.retain(|&edge| match collapse.attempt(edge) {
                 Attempt::Collapsed => {
-                    collapsed += 1;
+                    collapsed = true;
                     false
                 }
                 Attempt::AlreadyGone => false,
                 Attempt::Refused => true,
             });
-            if collapsed == before {
+            if !collapsed {
                 break;
             }
         }
-        let removed = collapse.removed;
+        let Collapse {
+            removed,
+            mut merged,
+            ..
+        } = collapse;
+        let vertices = 0..self.positions.len() as u32;
+        let became = vertices.map(|vertex| merged.find(vertex)).collect();
         retain_where(&mut self.triangles, removed.iter().map(|removed| !removed));
         self.drop_unused_vertices();
-        collapsed
+        became
     }
 
     /// Drops the vertices that no triangle uses, with their normals; the order is kept.

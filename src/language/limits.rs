@@ -58,6 +58,8 @@ limits! {
     seconds: 3_600,
     /// Bytes of all that is printed and written to files.
     bytes: 10_000_000_000,
+    /// Bytes of one mesh that is loaded: its file and the mesh are in memory together.
+    input: 1_000_000_000,
 }
 
 /// After as much work as so many expressions take the clock is looked at.

@@ -38,10 +38,10 @@ pub struct SampleSet {
 pub struct MeshSet {
     /// The triangles.
     pub mesh: Mesh,
-    /// The polygonizer's name.
+    /// The polygonizer's name, or what else made the mesh.
     pub method: &'static str,
-    /// What the polygonizer tells.
-    pub statistics: polygonize::Statistics,
+    /// What the polygonizer tells; absent for what none made.
+    pub statistics: Option<polygonize::Statistics>,
     topology: OnceCell<Topology>,
 }
 
@@ -88,7 +88,11 @@ impl SampleSet {
 
 impl MeshSet {
     /// A mesh; its topology is found when it is first asked for.
-    pub fn new(mesh: Mesh, method: &'static str, statistics: polygonize::Statistics) -> MeshSet {
+    pub fn new(
+        mesh: Mesh,
+        method: &'static str,
+        statistics: Option<polygonize::Statistics>,
+    ) -> MeshSet {
         MeshSet {
             mesh,
             method,
@@ -150,9 +154,11 @@ const MESH: &[Property<MeshSet>] = &[
         }
     }),
     shown("bounds", |set| set.mesh.bounds().map(sides)),
-    shown("max_residual", |set| number(set.statistics.max_residual)),
+    shown("max_residual", |set| {
+        number(set.statistics.as_ref()?.max_residual)
+    }),
     shown("evaluations", |set| {
-        number(set.statistics.evaluations as f64)
+        number(set.statistics.as_ref()?.evaluations as f64)
     }),
     hidden("points", |set| Some(points(&set.mesh.positions, 3))),
     hidden("normals", |set| Some(points(&set.mesh.normals, 3))),
@@ -165,7 +171,7 @@ const MESH: &[Property<MeshSet>] = &[
                 .collect(),
         ))
     }),
-    hidden("leaves", |set| leaves(&set.statistics.leaves)),
+    hidden("leaves", |set| leaves(&set.statistics?.leaves)),
     hidden("centroid", |set| {
         set.mesh
             .centroid()
@@ -481,6 +487,11 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
                     .into()
             }
             Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
+            Value::Mesh(set) if set.statistics.is_none() => {
+                "some are defined for closed and manifold meshes only, others for what \
+                 `polygonize` makes"
+                    .into()
+            }
             _ => "it is only defined for closed and manifold results".into(),
         })
     } else {

@@ -116,7 +116,9 @@ fn picture(
     };
     for triangle in &mesh.triangles {
         let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
-        let normals = triangle.map(|vertex| mesh.normals.get(vertex as usize).copied());
+        let known = |normal: &DVec3| *normal != DVec3::ZERO;
+        let normal = |vertex: u32| mesh.normals.get(vertex as usize).copied();
+        let normals = triangle.map(|vertex| normal(vertex).filter(known));
         paint(&mut map, camera, corners, normals, Hit::Surface);
     }
     let covered = map.hits.iter().filter(|&&hit| hit != Hit::Nothing).count();

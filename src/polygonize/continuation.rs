@@ -16,9 +16,10 @@ mod seeds;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::cubes::{EDGES, TABLE};
+use super::cubes::{EDGES, FIRST_CENTRE, cell_triangles};
 use super::edge_roots::{self, Edge, Root};
 use super::grid::{Grid, Seen};
+use super::projection::{self, Start};
 use super::{Found, Job, PolygonizeError, Shape, Statistics, cell_counts, check_cells};
 use crate::geometry::Mesh;
 
@@ -234,13 +235,21 @@ impl<'a> Survey<'a> {
     }
 
     /// The number of an edge of a cell, in the order in which marching cubes numbers vertices:
-    /// layer by layer, first the edges in it row by row, then those to the next.
+    /// layer by layer, first the edges in it row by row, then those to the next, then what is
+    /// inside of cells.
     fn edge_key(&self, cell: Index, edge: usize) -> u64 {
         let (first, axis) = EDGES[edge];
         let [x, y, z] = corner(cell, first).map(u64::from);
         let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
         let (between, turn) = if axis == 2 { (1, 0) } else { (0, axis as u64) };
-        (((2 * z + between) * height + y) * 2 + turn) * width + x
+        (((3 * z + between) * height + y) * 2 + turn) * width + x
+    }
+
+    /// The number of the vertices inside a cell, in the same order.
+    fn centre_key(&self, [x, y, z]: Index) -> u64 {
+        let [width, height] = [0, 1].map(|axis| self.grid.points(axis) as u64);
+        let [x, y, z] = [x, y, z].map(u64::from);
+        ((3 * z + 2) * height + y) * 2 * width + x
     }
 
     /// Where an edge of this number begins, and its axis.
@@ -249,95 +258,141 @@ impl<'a> Survey<'a> {
         let (x, row) = (key % width, key / width);
         let (turn, row) = (row % 2, row / 2);
         let (y, layer) = (row % height, row / height);
-        let axis = if layer % 2 == 1 { 2 } else { turn as usize };
-        ([x, y, layer / 2].map(|index| index as usize), axis)
+        let axis = if layer % 3 == 1 { 2 } else { turn as usize };
+        ([x, y, layer / 3].map(|index| index as usize), axis)
     }
 
     /// The surface in the crossed cells.
     fn into_mesh(mut self) -> Result<(Mesh, Statistics), PolygonizeError> {
         self.visited = FxHashSet::default();
         self.crossed.par_sort_unstable();
-        let mut keys: Vec<u64> = self
+        let parts: Vec<CellVertices> = self
             .crossed
             .par_iter()
-            .flat_map_iter(|&(cell, case)| {
-                let cell = self.index(cell);
-                let crossed = move |edge: &usize| {
-                    let (lower, axis) = EDGES[*edge];
-                    (case >> lower ^ case >> (lower | 1 << axis)) & 1 == 1
-                };
-                (0..12).filter(crossed).map(move |edge| (cell, edge))
-            })
-            .map(|(cell, edge)| self.edge_key(cell, edge))
+            .map(|&(cell, case)| self.vertices_of(self.index(cell), case))
             .collect();
-        keys.par_sort_unstable();
-        keys.dedup();
-        if u32::try_from(keys.len()).is_err() {
+        let mut vertices: Vec<(u64, u8)> =
+            parts.par_iter().flat_map_iter(CellVertices::all).collect();
+        vertices.par_sort_unstable();
+        vertices.dedup();
+        if u32::try_from(vertices.len()).is_err() {
             return Err(PolygonizeError::TooManyVertices {
-                vertices: keys.len(),
+                vertices: vertices.len(),
             });
         }
-        let (roots, statistics) = self.roots(&keys)?;
+        // The starts by cell are in the order of the vertices that are inside of cells.
+        let starts: Vec<Start> = parts
+            .iter()
+            .flat_map(|part| part.starts.iter().copied())
+            .collect();
+        let (roots, statistics) = self.roots(&vertices, &starts)?;
         let mut mesh = Mesh {
             positions: roots.iter().map(|root| root.position).collect(),
             normals: roots.iter().map(|root| root.normal).collect(),
             triangles: Vec::new(),
         };
-        let triangles = self.crossed.par_iter().flat_map_iter(|&(cell, case)| {
-            let cell = self.index(cell);
-            // Every edge of a triangle is crossed, so it was numbered.
-            let number = |edge: u8| {
-                let found = keys.binary_search(&self.edge_key(cell, usize::from(edge)));
+        let triangles = parts.par_iter().flat_map_iter(|part| {
+            // Every vertex of a triangle was numbered.
+            let number = |name: u8| {
+                let found = vertices.binary_search(&part.name(name));
                 found.unwrap_or_else(|place| place) as u32
             };
-            TABLE
-                .triangles(case)
-                .iter()
-                .map(move |triangle| triangle.map(&number))
-                .collect::<Vec<_>>()
+            let own = part.triangles.iter();
+            own.map(|triangle| triangle.map(number)).collect::<Vec<_>>()
         });
         mesh.triangles = triangles.collect();
         mesh.collapse_degenerate_edges();
         Ok((mesh, statistics))
     }
 
-    /// The roots on the edges of these numbers.
-    fn roots(&self, keys: &[u64]) -> Result<(Vec<Root>, Statistics), PolygonizeError> {
+    /// The triangles of a crossed cell and its vertices.
+    fn vertices_of(&self, cell: Index, case: u8) -> CellVertices {
+        let values = std::array::from_fn(|number| self.value(corner(cell, number)));
+        let place = self.grid.cell(cell.map(|index| index as usize));
+        let (triangles, starts) = cell_triangles(case, &values, place);
+        CellVertices {
+            triangles,
+            starts,
+            edges: std::array::from_fn(|edge| self.edge_key(cell, edge)),
+            case,
+            centre: self.centre_key(cell),
+        }
+    }
+
+    /// The roots on the edges and inside the cells of these vertices.
+    fn roots(
+        &self,
+        vertices: &[(u64, u8)],
+        starts: &[Start],
+    ) -> Result<(Vec<Root>, Statistics), PolygonizeError> {
         let Job {
             field,
             accuracy,
             monitor,
             ..
         } = *self.job;
-        let solved: Vec<(Vec<Root>, Statistics)> = keys
+        let is_edge = |vertex: &&(u64, u8)| vertex.1 == 0;
+        let edges: Vec<u64> = vertices
+            .iter()
+            .filter(is_edge)
+            .map(|vertex| vertex.0)
+            .collect();
+        let solved: Vec<(Vec<Root>, Statistics)> = edges
             .par_chunks(CHUNK)
-            .map(|keys| {
-                let places: Vec<_> = keys.iter().map(|&key| self.edge_place(key)).collect();
-                let edges: Vec<Edge> = places.iter().map(|place| self.edge(*place)).collect();
-                let (mut roots, evaluations) = edge_roots::solve(field, accuracy, &edges, monitor);
-                let mut statistics = Statistics {
-                    evaluations,
-                    ..Statistics::of_roots(&roots)
-                };
-                for ((start, axis), root) in places.iter().zip(&mut roots) {
-                    statistics.cut_by_box |= self.grid.is_cut(start, *axis);
-                    if self.grid.leads_to_ghost(start, *axis) {
-                        root.normal = self.grid.outward(root.position);
-                    }
-                }
-                (roots, statistics)
-            })
+            .map(|keys| self.edge_roots(keys))
+            .collect();
+        let inside: Vec<(Vec<Root>, usize)> = starts
+            .par_chunks(CHUNK)
+            .map(|starts| projection::project(field, accuracy, starts, monitor))
             .collect();
         if monitor.cancelled() {
             return Err(PolygonizeError::Cancelled);
         }
-        let mut all = Vec::with_capacity(keys.len());
         let mut statistics = Statistics::default();
+        let mut on_edges = Vec::with_capacity(edges.len());
         for (roots, more) in solved {
-            all.extend(roots);
+            on_edges.extend(roots);
             statistics = statistics.and(more);
         }
-        Ok((all, statistics))
+        let mut in_cells = Vec::with_capacity(starts.len());
+        for (roots, evaluations) in inside {
+            let more = Statistics::of_roots(&roots);
+            statistics = statistics.and(Statistics {
+                evaluations,
+                ..more
+            });
+            in_cells.extend(roots);
+        }
+        let (mut on_edges, mut in_cells) = (on_edges.into_iter(), in_cells.into_iter());
+        let roots = vertices.iter().filter_map(|vertex| match is_edge(&vertex) {
+            true => on_edges.next(),
+            false => in_cells.next(),
+        });
+        Ok((roots.collect(), statistics))
+    }
+
+    /// The roots on the edges of these numbers.
+    fn edge_roots(&self, keys: &[u64]) -> (Vec<Root>, Statistics) {
+        let Job {
+            field,
+            accuracy,
+            monitor,
+            ..
+        } = *self.job;
+        let places: Vec<_> = keys.iter().map(|&key| self.edge_place(key)).collect();
+        let edges: Vec<Edge> = places.iter().map(|place| self.edge(*place)).collect();
+        let (mut roots, evaluations) = edge_roots::solve(&mut { field }, accuracy, &edges, monitor);
+        let mut statistics = Statistics {
+            evaluations,
+            ..Statistics::of_roots(&roots)
+        };
+        for ((start, axis), root) in places.iter().zip(&mut roots) {
+            statistics.cut_by_box |= self.grid.is_cut(start, *axis);
+            if self.grid.leads_to_ghost(start, *axis) {
+                root.normal = self.grid.outward(root.position);
+            }
+        }
+        (roots, statistics)
     }
 
     /// The edge from a point along an axis.
@@ -346,6 +401,39 @@ impl<'a> Survey<'a> {
         ends[1][axis] += 1;
         self.grid
             .edge(&start, axis, ends.map(|end| self.value(end)))
+    }
+}
+
+/// The surface in a crossed cell. A vertex is named by the number of its edge and 0 or, inside
+/// the cell, by the number of the cell and a count from 1.
+struct CellVertices {
+    triangles: &'static [[u8; 3]],
+    starts: Vec<Start>,
+    edges: [u64; 12],
+    case: u8,
+    centre: u64,
+}
+
+impl CellVertices {
+    /// The vertex that triangles name so.
+    fn name(&self, name: u8) -> (u64, u8) {
+        match name.checked_sub(FIRST_CENTRE) {
+            Some(number) => (self.centre, number + 1),
+            None => (self.edges[usize::from(name)], 0),
+        }
+    }
+
+    /// All vertices: on the crossed edges, and inside.
+    fn all(&self) -> impl Iterator<Item = (u64, u8)> + '_ {
+        let crossed = |&edge: &u8| {
+            let (lower, axis) = EDGES[usize::from(edge)];
+            (self.case >> lower ^ self.case >> (lower | 1 << axis)) & 1 == 1
+        };
+        let inside = (0..self.starts.len() as u8).map(|number| number + FIRST_CENTRE);
+        (0..12)
+            .filter(crossed)
+            .chain(inside)
+            .map(|name| self.name(name))
     }
 }
 

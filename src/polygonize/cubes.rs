@@ -3,22 +3,32 @@
 //! The grid is worked off in slabs, in parallel; a slab holds two layers of points at a time, so
 //! that memory grows with the surface and with one layer, never with the whole grid. Every
 //! crossed edge is a vertex; the triangles of a cell come from the case table, by the numbers of
-//! its edges, and the roots on the edges are found afterwards, all together. A slab numbers the
+//! its edges, and the roots on the edges are found afterwards, all together. In every cell the
+//! surface has the topology of the trilinear function with the values of F − iso at the corners;
+//! where that takes a vertex in the cell, it is put on F = iso by Newton's method. A slab numbers the
 //! edges in its uppermost layer last, in the same order in which the slab above it numbers them
 //! first: added to the number of vertices of all slabs below, both numbers are the same.
 
+mod interior;
+mod loops;
+mod patches;
+mod snap;
 mod table;
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-use self::table::CaseTable;
-pub(super) use self::table::{EDGES, TABLE};
-use super::edge_roots::{self, Accuracy, Edge};
+pub(super) use self::loops::{EDGES, ambiguous_faces, is_in_face, loops};
+use self::loops::{ends, is_inside};
+use self::patches::Centre;
+pub(super) use self::patches::FIRST_CENTRE;
+use self::table::TABLE;
+use super::edge_roots::{self, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
+use super::projection::{self, Start};
+use super::signs::Signs;
 use super::{Found, Job, PolygonizeError, Shape, Statistics, uniform_grid};
-use crate::engine::{Field, Monitor};
 use crate::geometry::Mesh;
 
 /// The mesh of the level set by marching cubes: oriented and manifold, with shared vertices,
@@ -26,10 +36,12 @@ use crate::geometry::Mesh;
 pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     let grid = &uniform_grid(job.options)?;
     let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
+    let signs = &Signs::of_grid(field, accuracy.iso, grid, monitor);
     let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
-        Slab::new(grid).march(field, accuracy, cells, monitor)
+        let sweep = Sweep::new(field, accuracy.iso, grid, monitor).with_signs(signs.as_ref());
+        Slab::new(grid, job.options.snap).march(sweep, job, cells)
     })?;
-    let (mesh, seen, statistics) = join(pieces)?;
+    let (mesh, seen, statistics) = join(job, grid, pieces)?;
     let cells = grid.cells();
     let statistics = Statistics {
         cells,
@@ -44,12 +56,18 @@ struct Piece {
     positions: Vec<DVec3>,
     normals: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// For every vertex the grid point that it may be merged into; empty if none is to be.
+    near: Vec<Option<DVec3>>,
     seen: Seen,
     statistics: Statistics,
 }
 
 /// The pieces as one mesh.
-fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
+fn join(
+    job: &Job,
+    grid: &Grid,
+    pieces: Vec<Piece>,
+) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
     let vertices: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
     let triangles = pieces.iter().map(|piece| piece.triangles.len()).sum();
     if u32::try_from(vertices).is_err() {
@@ -57,6 +75,7 @@ fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError>
     }
     let mut seen = Seen::default();
     let mut statistics = Statistics::default();
+    let mut near = Vec::new();
     let mut mesh = Mesh {
         positions: Vec::with_capacity(vertices),
         normals: Vec::with_capacity(vertices),
@@ -68,8 +87,16 @@ fn join(pieces: Vec<Piece>) -> Result<(Mesh, Seen, Statistics), PolygonizeError>
         mesh.triangles.extend(piece.triangles.iter().map(numbered));
         mesh.positions.extend(piece.positions);
         mesh.normals.extend(piece.normals);
+        near.extend(piece.near);
         seen = seen.and(piece.seen);
         statistics = statistics.and(piece.statistics);
+    }
+    if job.options.snap {
+        let [low, high] = grid.cell([grid.ghosts; 3]);
+        let reach = 0.5 * (high - low);
+        let (evaluations, residual) = snap::merge(&mut mesh, &near, reach, job);
+        statistics.evaluations += evaluations;
+        statistics.max_residual = statistics.max_residual.max(residual);
     }
     // Where the surface runs through a grid point, the roots on all edges there are that point,
     // and so are the cap's vertices at the edges of the box.
@@ -88,37 +115,36 @@ struct Plane {
 /// A slab in the course of the work.
 struct Slab<'a> {
     grid: &'a Grid,
+    /// Whether roots are merged at grid points.
+    snap: bool,
     /// Points along x and y.
     points: [usize; 2],
     /// The crossed edges: vertex after vertex.
     edges: Vec<Edge>,
     /// The vertices that close the surface at the box, with their normals.
     caps: Vec<(usize, DVec3)>,
+    /// The vertices inside cells, and where F = iso is sought for them.
+    centres: Vec<(usize, Start)>,
     triangles: Vec<[u32; 3]>,
     cut_by_box: bool,
 }
 
 impl<'a> Slab<'a> {
-    fn new(grid: &'a Grid) -> Self {
+    fn new(grid: &'a Grid, snap: bool) -> Self {
         Slab {
             grid,
+            snap,
             points: [grid.points(0), grid.points(1)],
             edges: Vec::new(),
             caps: Vec::new(),
+            centres: Vec::new(),
             triangles: Vec::new(),
             cut_by_box: false,
         }
     }
 
     /// Marches through the layers of cells of the slab.
-    fn march(
-        mut self,
-        field: &dyn Field,
-        accuracy: Accuracy,
-        cells: Range<usize>,
-        monitor: &dyn Monitor,
-    ) -> Piece {
-        let mut sweep = Sweep::new(field, accuracy.iso, self.grid, monitor);
+    fn march(mut self, mut sweep: Sweep, job: &Job, cells: Range<usize>) -> Piece {
         let plane = |sweep: &Sweep| {
             let layer = sweep.layer();
             let vertices = [vec![0; layer.inside.len()], vec![0; layer.inside.len()]];
@@ -126,19 +152,19 @@ impl<'a> Slab<'a> {
         };
         let (mut lower, mut upper) = (plane(&sweep), plane(&sweep));
         let mut between = vec![0; lower.layer.inside.len()];
-        let mut cases = vec![0; self.points[0] - 1];
+        let mut cases = vec![0; (self.points[0] - 1) * (self.points[1] - 1)];
 
         let mut seen = sweep.evaluate(cells.start, &mut lower.layer);
-        let mut evaluations = seen.points();
         self.number_plane(&sweep, &mut lower, cells.start);
         let mut own_vertices = self.edges.len();
         for index in cells.clone() {
-            if monitor.cancelled() {
+            if job.monitor.cancelled() {
                 break;
             }
             let above = sweep.evaluate(index + 1, &mut upper.layer);
-            evaluations += above.points();
             self.number_between(&sweep, [&lower.layer, &upper.layer], index, &mut between);
+            self.find_cases([&lower.layer, &upper.layer], &mut cases);
+            let variants = self.number_centres(&sweep, [&lower.layer, &upper.layer], index, &cases);
             own_vertices = self.edges.len();
             self.number_plane(&sweep, &mut upper, index + 1);
             let highest = index + 2 == self.grid.points(2);
@@ -146,27 +172,36 @@ impl<'a> Slab<'a> {
                 own_vertices = self.edges.len();
                 seen = seen.and(above);
             }
-            self.triangulate([&lower, &upper], &between, &mut cases);
+            self.triangulate([&lower, &upper], &between, &cases, &variants);
             std::mem::swap(&mut lower, &mut upper);
         }
         self.edges.truncate(own_vertices);
         self.caps.retain(|&(vertex, _)| vertex < own_vertices);
-        self.finish(field, accuracy, (seen, evaluations), monitor)
+        self.finish(job, seen, sweep.evaluations())
     }
 
     /// Finds the roots on the crossed edges.
-    fn finish(
-        self,
-        field: &dyn Field,
-        accuracy: Accuracy,
-        (seen, evaluations): (Seen, usize),
-        monitor: &dyn Monitor,
-    ) -> Piece {
-        let (mut roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
+    fn finish(self, job: &Job, seen: Seen, evaluations: usize) -> Piece {
+        let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
+        let (mut roots, mut more) =
+            edge_roots::solve(&mut { field }, accuracy, &self.edges, monitor);
         for (vertex, normal) in self.caps {
             roots[vertex].normal = normal;
         }
+        let (vertices, starts): (Vec<usize>, Vec<Start>) = self.centres.into_iter().unzip();
+        let (centres, further) = projection::project(field, accuracy, &starts, monitor);
+        more += further;
+        for (vertex, centre) in vertices.into_iter().zip(centres) {
+            roots[vertex] = centre;
+        }
+        let near = match self.snap {
+            true => (self.edges.iter().zip(&roots))
+                .map(|(edge, root)| snap::near_end(self.grid, edge, root))
+                .collect(),
+            false => Vec::new(),
+        };
         Piece {
+            near,
             positions: roots.iter().map(|root| root.position).collect(),
             normals: roots.iter().map(|root| root.normal).collect(),
             triangles: self.triangles,
@@ -229,10 +264,74 @@ impl<'a> Slab<'a> {
         (self.edges.len() - 1) as u32
     }
 
-    /// Adds the triangles of the cells between two layers. `cases` is a row of scratch.
-    fn triangulate(&mut self, planes: [&Plane; 2], between: &[u32], cases: &mut [u8]) {
+    /// The cases of the cells between two layers, row by row.
+    fn find_cases(&self, [lower, upper]: [&Layer; 2], cases: &mut [u8]) {
+        let columns = self.points[0];
+        for (j, cases) in cases.chunks_mut(columns - 1).enumerate() {
+            let row = |j: usize| j * columns..(j + 1) * columns;
+            let [near, far] = [row(j), row(j + 1)];
+            find_cases(
+                [
+                    &lower.inside[near.clone()],
+                    &lower.inside[far.clone()],
+                    &upper.inside[near],
+                    &upper.inside[far],
+                ],
+                cases,
+            );
+        }
+    }
+
+    /// Decides the ambiguous cells between two layers, of which `k` is the lower, and numbers the
+    /// vertices inside them. Returns these cells in the order of `cases`.
+    fn number_centres(
+        &mut self,
+        sweep: &Sweep,
+        layers: [&Layer; 2],
+        k: usize,
+        cases: &[u8],
+    ) -> Vec<Variant> {
         let table = &*TABLE;
-        let [columns, rows] = self.points;
+        let mut variants = Vec::new();
+        for_each_mixed(cases, |number, case| {
+            if !table.is_ambiguous(case) {
+                return;
+            }
+            let (i, j) = (number % (self.points[0] - 1), number / (self.points[0] - 1));
+            let values = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner: usize| {
+                sweep.value(layers[corner >> 2], i + (corner & 1), j + (corner >> 1 & 1))
+            });
+            let (triangles, starts) = cell_triangles(case, &values, self.grid.cell([i, j, k]));
+            variants.push(Variant {
+                triangles,
+                first_centre: self.edges.len() as u32,
+            });
+            for start in starts {
+                // No length: nothing is sought along it.
+                let (axis, outside) = (0, start.point.x);
+                self.edges.push(Edge {
+                    inside: start.point,
+                    axis,
+                    outside,
+                    inside_value: 0.0,
+                    outside_value: 0.0,
+                });
+                self.centres.push((self.edges.len() - 1, start));
+            }
+        });
+        variants
+    }
+
+    /// Adds the triangles of the cells between two layers.
+    fn triangulate(
+        &mut self,
+        planes: [&Plane; 2],
+        between: &[u32],
+        cases: &[u8],
+        variants: &[Variant],
+    ) {
+        let columns = self.points[0];
+        let table = &*TABLE;
         let vertices = EdgeVertices {
             lists: EDGES.map(|(corner, axis)| match axis {
                 2 => between,
@@ -241,14 +340,92 @@ impl<'a> Slab<'a> {
             }),
             offsets: EDGES.map(|(corner, _)| (corner & 1) + (corner >> 1 & 1) * columns),
         };
-        for j in 0..rows - 1 {
-            let row = |plane: usize, j: usize| {
-                &planes[plane].layer.inside[j * columns..(j + 1) * columns]
-            };
-            find_cases([row(0, j), row(0, j + 1), row(1, j), row(1, j + 1)], cases);
-            add_triangles(table, cases, &vertices, j * columns, &mut self.triangles);
-        }
+        let mut variants = variants.iter();
+        let triangles = &mut self.triangles;
+        for_each_mixed(cases, |number, case| {
+            // A row has one point more than cells.
+            let start = number + number / (columns - 1);
+            let vertex = |edge: u8| vertices.at(edge, start);
+            if !table.is_ambiguous(case) {
+                let own = table.triangles(case).iter();
+                triangles.extend(own.map(|triangle| triangle.map(vertex)));
+            } else if let Some(variant) = variants.next() {
+                let vertex = |name: u8| match name.checked_sub(FIRST_CENTRE) {
+                    Some(centre) => variant.first_centre + u32::from(centre),
+                    None => vertex(name),
+                };
+                let own = variant.triangles.iter();
+                triangles.extend(own.map(|triangle| triangle.map(vertex)));
+            }
+        });
     }
+}
+
+/// A cell that signs do not decide.
+struct Variant {
+    triangles: &'static [[u8; 3]],
+    /// The number of its first vertex that is not on an edge.
+    first_centre: u32,
+}
+
+/// The triangles of a cell, given F − iso at its corners and its lowest and highest corner, and
+/// where the level set is sought for the vertices inside of it: triangles name edges and, from
+/// [`FIRST_CENTRE`] on, these.
+pub(super) fn cell_triangles(
+    case: u8,
+    values: &[f64; 8],
+    cell: [DVec3; 2],
+) -> (&'static [[u8; 3]], Vec<Start>) {
+    let table = &*TABLE;
+    if !table.is_ambiguous(case) {
+        return (table.triangles(case), Vec::new());
+    }
+    let (patches, tunnel) = table.variant(case, values);
+    let centres = patches.centres.iter().map(|centre| {
+        let place = match (centre, tunnel) {
+            (Centre::Neck(number), Some(tunnel)) => tunnel.neck()[*number],
+            (Centre::Neck(_), None) => DVec3::splat(0.5),
+            (Centre::Loop(edges), _) => middle(edges, values),
+        };
+        start(cell, place, case)
+    });
+    (&patches.triangles, centres.collect())
+}
+
+/// Where the level set is sought for a vertex at a place in a cell, given as a part of its sides.
+/// It must stay off the cell's faces, by a hundredth of its sides.
+fn start([low, high]: [DVec3; 2], place: DVec3, case: u8) -> Start {
+    let size = high - low;
+    let margin = 0.01 * size;
+    let at = |corner: usize| DVec3::from_array([0, 1, 2].map(|axis| (corner >> axis & 1) as f64));
+    let nearest = |inside: bool| {
+        let corners = (0..8).filter(|&corner| is_inside(case, corner) == inside);
+        let distance = |corner: usize| at(corner).distance_squared(place);
+        let nearer = |one: usize, other: usize| match distance(other) < distance(one) {
+            true => other,
+            false => one,
+        };
+        low + at(corners.reduce(nearer).unwrap_or_default()) * size
+    };
+    Start {
+        point: low + place * size,
+        low: low + margin,
+        high: high - margin,
+        ends: [nearest(true), nearest(false)],
+    }
+}
+
+/// About the middle of a loop through these edges of the unit cube, given the values at the
+/// corners: the mean of the zeros of the linear function on each edge.
+fn middle(edges: &[u8], values: &[f64; 8]) -> DVec3 {
+    let crossing = |&edge: &u8| {
+        let [low, high] = ends(usize::from(edge));
+        let part = values[low] / (values[low] - values[high]);
+        let part = if part.is_finite() { part } else { 0.5 };
+        let corner = DVec3::from_array([0, 1, 2].map(|axis| (low >> axis & 1) as f64));
+        corner + part * DVec3::AXES[EDGES[usize::from(edge)].1]
+    };
+    edges.iter().map(crossing).sum::<DVec3>() / edges.len() as f64
 }
 
 /// Where the numbers of the vertices on a cell's twelve edges stand: `lists[edge]` at the cell's
@@ -256,6 +433,14 @@ impl<'a> Slab<'a> {
 struct EdgeVertices<'a> {
     lists: [&'a [u32]; 12],
     offsets: [usize; 12],
+}
+
+impl EdgeVertices<'_> {
+    /// The vertex on an edge of the cell whose lowest corner is the point with this number.
+    fn at(&self, edge: u8, start: usize) -> u32 {
+        let edge = usize::from(edge);
+        self.lists[edge][start + self.offsets[edge]]
+    }
 }
 
 /// The cases of a row of cells, from the flags of the four rows of points around it in the order
@@ -269,32 +454,23 @@ fn find_cases(rows: [&[u8]; 4], cases: &mut [u8]) {
     }
 }
 
-/// Adds the triangles of a row of cells, whose first has its lowest corner at `start`.
-fn add_triangles(
-    table: &CaseTable,
-    cases: &[u8],
-    vertices: &EdgeVertices,
-    start: usize,
-    triangles: &mut Vec<[u32; 3]>,
-) {
-    let mut add = |first: usize, cases: &[u8]| {
+/// Calls `visit` with the number and the case of every cell that is neither wholly inside nor
+/// wholly outside.
+fn for_each_mixed(cases: &[u8], mut visit: impl FnMut(usize, u8)) {
+    // Most cells are not: many are looked at together.
+    const WIDTH: usize = 16;
+    let mut look = |first: usize, cases: &[u8]| {
         for (offset, &case) in cases.iter().enumerate() {
-            let cell = start + first + offset;
-            triangles.extend(table.triangles(case).iter().map(|triangle| {
-                triangle.map(|edge| {
-                    let edge = usize::from(edge);
-                    vertices.lists[edge][cell + vertices.offsets[edge]]
-                })
-            }));
+            if case != 0 && case != 255 {
+                visit(first + offset, case);
+            }
         }
     };
-    // Most cells are empty: many are looked at together.
-    const WIDTH: usize = 16;
     let (chunks, rest) = cases.as_chunks::<WIDTH>();
     for (number, cases) in chunks.iter().enumerate() {
         if *cases != [0; WIDTH] && *cases != [255; WIDTH] {
-            add(number * WIDTH, cases);
+            look(number * WIDTH, cases);
         }
     }
-    add(chunks.len() * WIDTH, rest);
+    look(chunks.len() * WIDTH, rest);
 }

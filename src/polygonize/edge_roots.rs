@@ -15,7 +15,8 @@
 
 use glam::DVec3;
 
-use crate::engine::{Field, Monitor};
+use super::columns::{Columns, Evaluate};
+use crate::engine::Monitor;
 
 /// How many edges are solved together. The columns of a batch fit the first-level cache.
 const BATCH: usize = 512;
@@ -102,6 +103,11 @@ pub(super) enum Kind {
 }
 
 impl Root {
+    /// Whether the edge has no length, so that F was not asked.
+    pub(super) fn is_given(&self) -> bool {
+        self.kind == Kind::Given
+    }
+
     /// Whether this is no root, but a pole, a jump or the end of the domain.
     pub(super) fn is_poor(&self) -> bool {
         matches!(self.kind, Kind::Jump | Kind::DomainEnd)
@@ -115,7 +121,7 @@ impl Root {
 /// and F is not asked there. The result does not depend on what other edges are solved in the
 /// same call. Once the monitor wants an end, the roots that are left stay where they were.
 pub(super) fn solve<E: Copy + Into<Segment>>(
-    field: &dyn Field,
+    field: &mut impl Evaluate,
     accuracy: Accuracy,
     edges: &[E],
     monitor: &dyn Monitor,
@@ -145,7 +151,8 @@ pub(super) fn solve<E: Copy + Into<Segment>>(
             return (roots, evaluations);
         }
         evaluations += searches.len();
-        columns.evaluate(field, accuracy.iso, &searches);
+        columns.set_points(searches.iter().map(|search| search.candidate));
+        columns.evaluate(field, accuracy.iso);
         let mut position = 0;
         searches.retain_mut(|search| {
             let (value, gradient) = columns.result(position);
@@ -344,7 +351,7 @@ impl Search {
 
 /// |value| / |gradient|: 0 if the value is, else infinite where the gradient vanishes and NaN
 /// where it is not finite.
-fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
+pub(super) fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
     if value == 0.0 {
         return 0.0;
     }
@@ -360,49 +367,11 @@ fn first_order_distance(value: f64, gradient: DVec3) -> f64 {
 }
 
 /// The direction of a vector; 0 if it has none.
-fn unit_or_zero(vector: DVec3) -> DVec3 {
+pub(super) fn unit_or_zero(vector: DVec3) -> DVec3 {
     let scale = vector.abs().max_element();
     if scale > 0.0 && vector.is_finite() {
         (vector / scale).normalize()
     } else {
         DVec3::ZERO
-    }
-}
-
-/// The points of a batch in structure-of-arrays form, with F − iso and F_x.
-#[derive(Default)]
-struct Columns {
-    points: [Vec<f64>; 3],
-    gradients: [Vec<f64>; 3],
-    values: Vec<f64>,
-}
-
-impl Columns {
-    fn evaluate(&mut self, field: &dyn Field, iso: f64, searches: &[Search]) {
-        for (axis, column) in self.points.iter_mut().enumerate() {
-            column.clear();
-            column.extend(searches.iter().map(|search| search.candidate[axis]));
-        }
-        // Components beyond the dimension stay 0.
-        self.gradients
-            .iter_mut()
-            .for_each(|column| column.resize(searches.len(), 0.0));
-        self.values.resize(searches.len(), 0.0);
-        let dimension = field.dimension();
-        let points = self.points.each_ref().map(Vec::as_slice);
-        let mut gradients = self.gradients.each_mut().map(Vec::as_mut_slice);
-        field.gradients(
-            &points[..dimension],
-            &mut self.values,
-            &mut gradients[..dimension],
-        );
-        self.values.iter_mut().for_each(|value| *value -= iso);
-    }
-
-    fn result(&self, index: usize) -> (f64, DVec3) {
-        (
-            self.values[index],
-            DVec3::from_array([0, 1, 2].map(|axis| self.gradients[axis][index])),
-        )
     }
 }

@@ -12,6 +12,7 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIter
 
 use super::PolygonizeError;
 use super::edge_roots::Edge;
+use super::signs::{OpenPoints, Signs};
 use crate::engine::{Field, Monitor};
 use crate::geometry::Bounds;
 
@@ -150,6 +151,24 @@ impl Grid {
         }
     }
 
+    /// The lowest and the highest corner of the cell in R3 with the indices `start` of its lowest
+    /// point.
+    pub(super) fn cell(&self, start: [usize; 3]) -> [DVec3; 2] {
+        [0, 1].map(|step| {
+            let coordinate = |axis: usize| self.coordinates[axis][start[axis] + step];
+            DVec3::from_array([0, 1, 2].map(coordinate))
+        })
+    }
+
+    /// Whether a point lies in a side of the box.
+    pub(super) fn is_on_side(&self, point: DVec3) -> bool {
+        let mut axes = self.coordinates.iter().enumerate();
+        axes.any(|(axis, along)| {
+            let ends = [along.first(), along.last()];
+            ends.contains(&Some(&point[axis]))
+        })
+    }
+
     /// Whether an edge leads to a ghost.
     pub(super) fn leads_to_ghost(&self, start: &[usize], axis: usize) -> bool {
         self.is_ghost(axis, start[axis]) || self.is_ghost(axis, start[axis] + 1)
@@ -176,7 +195,7 @@ impl Grid {
     }
 
     /// The coordinates along an axis without the ghosts.
-    fn real_coordinates(&self, axis: usize) -> &[f64] {
+    pub(super) fn real_coordinates(&self, axis: usize) -> &[f64] {
         &self.coordinates[axis][self.ghosts..self.points(axis) - self.ghosts]
     }
 
@@ -207,7 +226,7 @@ pub(super) fn coordinate((low, high): (f64, f64), step: usize, count: usize) -> 
 /// F on one layer of a grid.
 pub(super) struct Layer {
     /// F − iso at the layer's points that are not ghosts, the first axis fastest.
-    values: Vec<f64>,
+    pub(super) values: Vec<f64>,
     /// 1 where F < iso, else 0; ghosts included, the first axis fastest.
     pub(super) inside: Vec<u8>,
 }
@@ -224,6 +243,9 @@ pub(super) struct Sweep<'a> {
     row: usize,
     /// Rows of a layer that are not ghosts.
     rows: usize,
+    /// The points at which F must be evaluated, if that is not all.
+    open: Option<OpenPoints<'a>>,
+    evaluations: usize,
 }
 
 impl<'a> Sweep<'a> {
@@ -253,7 +275,21 @@ impl<'a> Sweep<'a> {
             columns,
             row,
             rows,
+            open: None,
+            evaluations: 0,
         }
+    }
+
+    /// The same sweep over a grid in R3 on which signs are known: where they are F is not
+    /// evaluated, and values have no meaning.
+    pub(super) fn with_signs(mut self, signs: Option<&'a Signs>) -> Self {
+        self.open = signs.map(OpenPoints::new);
+        self
+    }
+
+    /// The number of points at which F was evaluated.
+    pub(super) fn evaluations(&self) -> usize {
+        self.evaluations
     }
 
     /// A layer to be filled by [`Sweep::evaluate`].
@@ -274,6 +310,11 @@ impl<'a> Sweep<'a> {
             layer.inside.fill(0);
             return Seen::default();
         }
+        if let Some(open) = &mut self.open {
+            let seen = open.evaluate(self.field, self.iso, (self.grid, index), layer);
+            self.evaluations += open.evaluations();
+            return seen;
+        }
         self.columns[last].fill(self.grid.coordinates[last][index]);
         let batch = self.columns[0].len();
         for (number, values) in layer.values.chunks_mut(batch).enumerate() {
@@ -289,6 +330,7 @@ impl<'a> Sweep<'a> {
             let points = self.columns.iter().map(|column| &column[..values.len()]);
             self.field.values(&points.collect::<Vec<_>>(), values);
         }
+        self.evaluations += layer.values.len();
         self.classify(layer)
     }
 

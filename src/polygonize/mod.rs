@@ -7,15 +7,19 @@
 //! said about the topology holds up to the cell size: what is thinner than a cell may be missed,
 //! and so is a zero without a change of sign, such as that of (x² + y² − 1)².
 
+mod columns;
 mod continuation;
 mod cubes;
+mod dual;
 mod edge_roots;
 mod enclosure;
 mod error;
 mod grid;
 mod octree;
 mod options;
+mod projection;
 mod roots;
+mod signs;
 mod simplices;
 mod squares;
 mod statistics;
@@ -107,6 +111,7 @@ pub fn polygonize(
         Method::Tetrahedra => tetrahedra::march(&job)?,
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::march(&job)?,
+        Method::Dual => dual::march(&job)?,
     };
     // Of poor roots alone there is no level set.
     if statistics.good_roots == 0 {

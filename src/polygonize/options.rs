@@ -20,6 +20,8 @@ pub enum Method {
     Octree,
     /// R3: marching cubes in the cells that are reached from seeds along the level set.
     Continuation,
+    /// R3: manifold dual contouring, which keeps sharp edges.
+    Dual,
 }
 
 impl Method {
@@ -31,6 +33,7 @@ impl Method {
         (Method::Tetrahedra, "tetrahedra", &[3]),
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[3]),
+        (Method::Dual, "dual", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.
@@ -122,6 +125,9 @@ pub struct Options {
     pub iso: f64,
     /// The greatest |F − iso| / |F_x| at a vertex, relative to the diagonal of the box.
     pub tolerance: f64,
+    /// Marching cubes: whether the roots nearest to the same grid point are merged into one vertex
+    /// on the level set where that does not change the topology, which removes thin triangles.
+    pub snap: bool,
     /// The greatest number of cells.
     pub cell_limit: usize,
     /// How "tetrahedra" divides cells.
@@ -147,6 +153,7 @@ impl Options {
             cap: false,
             iso: 0.0,
             tolerance,
+            snap: false,
             cell_limit: 1 << 30,
             split: Split::default(),
             error: None,

@@ -80,6 +80,6 @@ fn find_piece(
             }
         }
     }
-    let (roots, more) = edge_roots::solve(field, accuracy, &edges, monitor);
+    let (roots, more) = edge_roots::solve(&mut { field }, accuracy, &edges, monitor);
     (roots, Seen::of_values(&values[..own]), points.len() + more)
 }

@@ -312,7 +312,7 @@ pub(super) fn finish(
         .map(|vertices| {
             let segments: Vec<Segment> = vertices.iter().map(|own| lattice.segment(own)).collect();
             let (mut roots, evaluations) =
-                edge_roots::solve(job.field, job.accuracy, &segments, job.monitor);
+                edge_roots::solve(&mut { job.field }, job.accuracy, &segments, job.monitor);
             for (root, Vertex { ends, .. }) in roots.iter_mut().zip(vertices) {
                 if ends[0] == ends[1] {
                     root.normal = lattice.outward(lattice.place(ends[0]));

@@ -163,7 +163,7 @@ impl<'a> Slab<'a> {
             std::mem::swap(&mut lower, &mut upper);
         }
         self.edges.truncate(own_vertices);
-        let (roots, more) = edge_roots::solve(field, accuracy, &self.edges, monitor);
+        let (roots, more) = edge_roots::solve(&mut { field }, accuracy, &self.edges, monitor);
         Piece {
             positions: roots.iter().map(|root| root.position).collect(),
             segments: self.segments,

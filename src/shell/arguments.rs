@@ -116,7 +116,7 @@ pub(super) struct Common {
     /// No progress and no warnings
     #[arg(short, long)]
     pub(super) quiet: bool,
-    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes); may be repeated
+    /// Raises or lowers a limit (recursion, nodes, elements, characters, steps, cells, particles, seconds, bytes, input); may be repeated
     #[arg(long, value_name = "NAME=N", value_parser = limit)]
     pub(super) limit: Vec<Limit>,
     /// Whether messages are coloured
@@ -250,6 +250,9 @@ pub(super) struct Mesh {
     /// Closes the surface where the box cuts it
     #[arg(long)]
     pub(super) cap: bool,
+    /// Marching cubes: merges vertices near grid points, which makes better triangles
+    #[arg(long)]
+    pub(super) snap: bool,
     /// The greatest |F|/|F_x|, relative to the box's diagonal
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,

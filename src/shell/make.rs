@@ -31,6 +31,7 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("resolution", command.resolution.as_deref()),
         ("iso", command.iso.as_deref()),
         ("cap", command.cap.then_some("true")),
+        ("snap", command.snap.then_some("true")),
         ("tolerance", command.tolerance.as_deref()),
     ];
     make(

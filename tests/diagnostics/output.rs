@@ -130,7 +130,8 @@ fn formats_that_suit_are_named() {
     assert!(run.stderr.contains("known are .png\n"), "{}", run.stderr);
     let run = imp_in(folder.path(), &["mesh", "f.imp", "ball", "-o", "z.jpg"]);
     assert!(
-        run.stderr.contains("known are .obj, .stl, .ply\n"),
+        run.stderr
+            .contains("known are .obj, .stl, .ply, .off, .glb, .3mf, .vtp, .vtu\n"),
         "{}",
         run.stderr
     );

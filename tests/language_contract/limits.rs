@@ -4,6 +4,7 @@ use crate::common::{Run, imp_with};
 
 fn limited(limit: &str, program: &str) -> (Run, tempfile::TempDir) {
     let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("two.off"), TWO).unwrap();
     let words = ["run", "-", "--limit", limit];
     (imp_with(folder.path(), &words, program.as_bytes()), folder)
 }
@@ -11,7 +12,7 @@ fn limited(limit: &str, program: &str) -> (Run, tempfile::TempDir) {
 const BALL: &str = "field f(p in R3) over -2..2 = norm(p) - 1\n";
 
 /// A limit, a program that stays below `enough` and hits `few`, and the error's code.
-const LIMITS: [(&str, u64, u64, &str, &str); 10] = [
+const LIMITS: [(&str, u64, u64, &str, &str); 11] = [
     (
         "recursion",
         300,
@@ -76,7 +77,11 @@ const LIMITS: [(&str, u64, u64, &str, &str); 10] = [
         "export(polygonize(f, cell = 0.5), \"a.stl\")",
         "E0608",
     ),
+    ("input", 1_000, 20, "let m = load(\"two.off\")", "E0609"),
 ];
+
+/// Two triangles, for the limit of what is loaded.
+const TWO: &str = "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 1 2\n3 0 2 3\n";
 
 #[test]
 fn every_limit_can_be_hit_and_raised() {

@@ -1,10 +1,15 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod compiled;
 mod continuation;
 mod cubes;
+mod cubes_snapping;
+mod cubes_topology;
+mod dual;
 mod octree;
 mod squares;
 mod support;
 mod surfaces;
 mod tetrahedra;
+mod trilinear;

@@ -22,6 +22,11 @@ pub struct Specialized<'a> {
 }
 
 impl Specialized<'_> {
+    /// The number of coordinates.
+    pub fn dimension(&self) -> usize {
+        self.field.dimension()
+    }
+
     /// The number of operations for one point, fused ones counted once; 0 if it is not known.
     pub fn size(&self) -> usize {
         self.sequence.map_or(0, Sequence::len)

@@ -1,14 +1,16 @@
 //! What a script does: print, assert, export, load.
 
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 use super::{Arguments, Builtin, action, pure};
 use crate::diagnostic::{Code, Diagnostic, Span, shorten};
-use crate::file::{self, FileError, Outline};
+use crate::file::{self, Allowed, FileError, Loaded, Outline};
 use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
+use crate::language::product::MeshSet;
 use crate::language::session::Session;
 use crate::language::settings::quoted;
 use crate::language::show::show;
@@ -38,13 +40,13 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .csv .svg .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
+        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .off .glb .3mf .vtp .vtu .csv .svg .dxf .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
         export,
     ),
     pure(
         "load",
         &["path"],
-        "The field that a file holds; a relative path starts at the folder of the script or module. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
+        "The field or mesh that a file holds; a relative path starts at the folder of the script or module. `.obj`, `.stl`, `.ply` and `.off` files are meshes. `.vm` files have one operation a line: a field in R3 if `var-z` occurs, else in R2.",
         load,
     ),
     pure(
@@ -235,8 +237,18 @@ fn load(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let first = first_axis(graph.level);
     let coordinates = [0, 1, 2].map(|axis| graph.coordinate(first + axis));
     let place = arguments.place("path");
-    let field = file::read_field(&path, graph, coordinates, session.limits.nodes)
+    let allowed = Allowed {
+        lines: session.limits.nodes,
+        bytes: session.limits.input,
+    };
+    let loaded = file::load(&path, graph, coordinates, allowed)
         .map_err(|error| file_failure(&error).at(place, "this file"))?;
+    let field = match loaded {
+        Loaded::Field(field) => field,
+        Loaded::Mesh(mesh) => {
+            return Ok(Value::Mesh(Rc::new(MeshSet::new(mesh, "loaded", None))));
+        }
+    };
     let value = value_of_node(graph, field.root);
     FieldValue::new(field.dimension, graph.level, value, None)
         .map(Value::Field)
@@ -260,14 +272,16 @@ pub(crate) fn file_failure(error: &FileError) -> Box<Diagnostic> {
         FileError::CannotRead { .. } => Code::CannotRead,
         FileError::BadContent { .. } => Code::BadContent,
         FileError::TooLong { .. } => Code::NodeLimit,
+        FileError::TooMuch { .. } => Code::InputLimit,
         FileError::TooLarge { .. } => Code::OutputLimit,
         FileError::CannotWrite { .. } => Code::CannotWrite,
         FileError::UnknownFormat { .. } => Code::UnknownFormat,
-        FileError::WrongFormat { .. } => Code::WrongFormat,
+        FileError::WrongFormat { .. } | FileError::OnlyWritten { .. } => Code::WrongFormat,
     };
     let mut failure = failure(code, error.to_string());
     let limit = match error {
         FileError::TooLong { .. } => "nodes",
+        FileError::TooMuch { .. } => "input",
         FileError::TooLarge { .. } => "bytes",
         _ => return failure,
     };

@@ -30,8 +30,9 @@ pub(super) const TABLE: &[Builtin] = &[
             "split = 6",
             "error =",
             "seeds =",
+            "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. \"tetrahedra\" cuts cells into tetrahedra, `split` = 5, 6, 12 or 24 of them or \"bcc\", those of the body-centred lattice. \"octree\" does so with larger cells where the surface is flat to `error`, a length (by default `cell` / 64). \"continuation\" is marching cubes in those cells only that the surface leads to from `seeds`, points near it; without seeds from wherever the box is not proven to be empty.",
+        "The level set f = iso in a box: a mesh in R3 (marching cubes), curves in R2 (marching squares), the list of roots in R1. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. With `cap = true` what the box cuts is closed along it. With `snap = true` marching cubes merges vertices near grid points where that does not change the topology, which makes better triangles. \"tetrahedra\" cuts cells into tetrahedra, `split` = 5, 6, 12 or 24 of them or \"bcc\", those of the body-centred lattice. \"octree\" does so with larger cells where the surface is flat to `error`, a length (by default `cell` / 64). \"continuation\" is marching cubes in those cells only that the surface leads to from `seeds`, points near it; without seeds from wherever the box is not proven to be empty.",
         polygonize,
     ),
     measure(
@@ -163,6 +164,9 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(cap) = arguments.bool(session, "cap")? {
         options.cap = cap;
     }
+    if let Some(snap) = arguments.bool(session, "snap")? {
+        options.snap = snap;
+    }
     if let Some(tolerance) = arguments.positive(session, "tolerance")? {
         options.tolerance = tolerance;
     }
@@ -256,7 +260,7 @@ fn value_of(found: Polygonized) -> Value {
             method,
             statistics,
         })),
-        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, statistics))),
+        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, Some(statistics)))),
     }
 }
 

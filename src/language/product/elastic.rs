@@ -17,18 +17,13 @@ pub struct FallSet {
 impl FallSet {
     /// The boundary in a frame: a mesh, or in R2 curves.
     pub fn boundary(&self, frame: &Frame) -> Value {
-        let statistics = Statistics::default();
         match self.fall.dimension {
             2 => Value::Curves(Rc::new(CurveSet {
                 curves: self.fall.curves(frame),
                 method: "drop",
-                statistics,
+                statistics: Statistics::default(),
             })),
-            _ => Value::Mesh(Rc::new(MeshSet::new(
-                self.fall.mesh(frame),
-                "drop",
-                statistics,
-            ))),
+            _ => Value::Mesh(Rc::new(MeshSet::new(self.fall.mesh(frame), "drop", None))),
         }
     }
 

@@ -175,6 +175,7 @@ fn limits() -> Limits {
         characters: 1_000_000,
         steps: 200_000,
         seconds: SECONDS,
+        input: 20_000_000,
         ..Limits::default()
     }
 }

@@ -113,9 +113,14 @@ impl Places<'_> {
 /// reaching one is no mistake of the text.
 fn severity(diagnostic: &Diagnostic) -> (DiagnosticSeverity, Option<Vec<DiagnosticTag>>) {
     match (diagnostic.code, diagnostic.severity) {
-        (Code::NodeLimit | Code::LengthLimit | Code::StepLimit | Code::TimeLimit, _) => {
-            (DiagnosticSeverity::INFORMATION, None)
-        }
+        (
+            Code::NodeLimit
+            | Code::LengthLimit
+            | Code::StepLimit
+            | Code::TimeLimit
+            | Code::InputLimit,
+            _,
+        ) => (DiagnosticSeverity::INFORMATION, None),
         (Code::UnusedParameter, _) => {
             let tags = vec![DiagnosticTag::UNNECESSARY];
             (DiagnosticSeverity::WARNING, Some(tags))
