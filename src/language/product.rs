@@ -174,6 +174,7 @@ const MESH: &[Property<MeshSet>] = &[
                 .collect(),
         ))
     }),
+    hidden("leaves", |set| leaves(&set.statistics?.leaves)),
     hidden("quality", |set| {
         let quality = ReportSet::of_quality(&set.mesh);
         Some(Value::Report(Rc::new(quality)))
@@ -590,6 +591,18 @@ fn number(value: f64) -> Option<Value> {
 
 fn count(value: usize) -> Option<Value> {
     number(value as f64)
+}
+
+/// The leaves of an octree, level by level from the largest: how many are inside, outside and at
+/// the boundary.
+fn leaves(leaves: &polygonize::Leaves) -> Option<Value> {
+    let level = |level: usize| {
+        [leaves.interior, leaves.exterior, leaves.boundary].map(|counts| counts[level])
+    };
+    let levels = (0..polygonize::Leaves::LEVELS).map(level);
+    let used = levels.clone().rposition(|counts| counts != [0; 3])?;
+    let numbers = |counts: [usize; 3]| Value::numbers(counts.map(|count| count as f64));
+    Some(Value::list(levels.take(used + 1).map(numbers).collect()))
 }
 
 fn points(points: &[glam::DVec3], dimension: usize) -> Value {

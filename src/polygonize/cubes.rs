@@ -21,7 +21,8 @@ use glam::DVec3;
 
 pub(super) use self::loops::{EDGES, ambiguous_faces, is_in_face, loops};
 use self::loops::{ends, is_inside};
-use self::patches::{Centre, FIRST_CENTRE, Patches};
+use self::patches::Centre;
+pub(super) use self::patches::FIRST_CENTRE;
 use self::table::TABLE;
 use super::edge_roots::{self, Edge};
 use super::grid::{Grid, Layer, Seen, Sweep, for_each_difference, for_each_slab};
@@ -255,23 +256,12 @@ impl<'a> Slab<'a> {
         let edge = self.grid.edge(&start, axis, values);
         if self.grid.leads_to_ghost(&start, axis) {
             self.caps
-                .push((self.edges.len(), self.outward(edge.inside)));
+                .push((self.edges.len(), self.grid.outward(edge.inside)));
         }
         self.cut_by_box |= self.grid.is_cut(&start, axis);
         self.edges.push(edge);
         // A number beyond the range wraps, but is not used: then the vertices are too many.
         (self.edges.len() - 1) as u32
-    }
-
-    /// The outward normal of the box at a point of its boundary; at its edges and corners the
-    /// mean of the sides' normals, so that it is one for all vertices there.
-    fn outward(&self, point: DVec3) -> DVec3 {
-        let component = |axis: usize| {
-            let along = &self.grid.coordinates[axis];
-            let beyond = u8::from(point[axis] == along[along.len() - 1]);
-            f64::from(beyond) - f64::from(u8::from(point[axis] == along[0]))
-        };
-        DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
     }
 
     /// The cases of the cells between two layers, row by row.
@@ -311,19 +301,12 @@ impl<'a> Slab<'a> {
             let values = [0, 1, 2, 3, 4, 5, 6, 7].map(|corner: usize| {
                 sweep.value(layers[corner >> 2], i + (corner & 1), j + (corner >> 1 & 1))
             });
-            let (patches, tunnel) = table.variant(case, &values);
-            let cell = self.grid.cell([i, j, k]);
+            let (triangles, starts) = cell_triangles(case, &values, self.grid.cell([i, j, k]));
             variants.push(Variant {
-                patches,
+                triangles,
                 first_centre: self.edges.len() as u32,
             });
-            for centre in &patches.centres {
-                let place = match (centre, tunnel) {
-                    (Centre::Neck(number), Some(tunnel)) => tunnel.neck()[*number],
-                    (Centre::Neck(_), None) => DVec3::splat(0.5),
-                    (Centre::Loop(edges), _) => middle(edges, &values),
-                };
-                let start = start(cell, place, case);
+            for start in starts {
                 // No length: nothing is sought along it.
                 let (axis, outside) = (0, start.point.x);
                 self.edges.push(Edge {
@@ -371,7 +354,7 @@ impl<'a> Slab<'a> {
                     Some(centre) => variant.first_centre + u32::from(centre),
                     None => vertex(name),
                 };
-                let own = variant.patches.triangles.iter();
+                let own = variant.triangles.iter();
                 triangles.extend(own.map(|triangle| triangle.map(vertex)));
             }
         });
@@ -380,9 +363,33 @@ impl<'a> Slab<'a> {
 
 /// A cell that signs do not decide.
 struct Variant {
-    patches: &'static Patches,
+    triangles: &'static [[u8; 3]],
     /// The number of its first vertex that is not on an edge.
     first_centre: u32,
+}
+
+/// The triangles of a cell, given F − iso at its corners and its lowest and highest corner, and
+/// where the level set is sought for the vertices inside of it: triangles name edges and, from
+/// [`FIRST_CENTRE`] on, these.
+pub(super) fn cell_triangles(
+    case: u8,
+    values: &[f64; 8],
+    cell: [DVec3; 2],
+) -> (&'static [[u8; 3]], Vec<Start>) {
+    let table = &*TABLE;
+    if !table.is_ambiguous(case) {
+        return (table.triangles(case), Vec::new());
+    }
+    let (patches, tunnel) = table.variant(case, values);
+    let centres = patches.centres.iter().map(|centre| {
+        let place = match (centre, tunnel) {
+            (Centre::Neck(number), Some(tunnel)) => tunnel.neck()[*number],
+            (Centre::Neck(_), None) => DVec3::splat(0.5),
+            (Centre::Loop(edges), _) => middle(edges, values),
+        };
+        start(cell, place, case)
+    });
+    (&patches.triangles, centres.collect())
 }
 
 /// Where the level set is sought for a vertex at a place in a cell, given as a part of its sides.

@@ -40,6 +40,32 @@ pub(super) struct Edge {
     pub(super) outside_value: f64,
 }
 
+/// A part of any line, at whose ends the sign of F − iso differs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    /// The end with F < iso.
+    pub(super) inside: DVec3,
+    /// The other end.
+    pub(super) outside: DVec3,
+    /// F − iso at the inside end, negative.
+    pub(super) inside_value: f64,
+    /// F − iso at the outside end, not negative; possibly NaN.
+    pub(super) outside_value: f64,
+}
+
+impl From<Edge> for Segment {
+    fn from(edge: Edge) -> Self {
+        let mut outside = edge.inside;
+        outside[edge.axis] = edge.outside;
+        Segment {
+            inside: edge.inside,
+            outside,
+            inside_value: edge.inside_value,
+            outside_value: edge.outside_value,
+        }
+    }
+}
+
 /// What is asked of the roots.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Accuracy {
@@ -88,25 +114,27 @@ impl Root {
     }
 }
 
-/// The roots on the edges, in their order, and the number of evaluations of F and F_x.
+/// The roots on the edges or segments, in their order, and the number of evaluations of F and F_x.
 ///
 /// A root that is at an end of its edge to the accuracy is at that end exactly, so that the roots
 /// on all edges that meet there coincide. An edge of no length is its own root, without a normal,
 /// and F is not asked there. The result does not depend on what other edges are solved in the
 /// same call. Once the monitor wants an end, the roots that are left stay where they were.
-pub(super) fn solve(
+pub(super) fn solve<E: Copy + Into<Segment>>(
     field: &mut impl Evaluate,
     accuracy: Accuracy,
-    edges: &[Edge],
+    edges: &[E],
     monitor: &dyn Monitor,
 ) -> (Vec<Root>, usize) {
-    let at_start = |edge: &Edge| Root {
-        position: edge.inside,
+    let segments = || edges.iter().map(|&edge| edge.into());
+    let at_start = |segment: Segment| Root {
+        position: segment.inside,
         ..Root::default()
     };
-    let mut roots: Vec<Root> = edges.iter().map(at_start).collect();
-    let mut waiting =
-        (edges.iter().enumerate()).filter(|(_, edge)| edge.outside != edge.inside[edge.axis]);
+    let mut roots: Vec<Root> = segments().map(at_start).collect();
+    let mut waiting = segments()
+        .enumerate()
+        .filter(|(_, segment)| segment.outside != segment.inside);
     let mut searches: Vec<Search> = Vec::with_capacity(BATCH);
     let mut columns = Columns::default();
     let mut evaluations = 0;
@@ -117,7 +145,7 @@ pub(super) fn solve(
             waiting
                 .by_ref()
                 .take(free)
-                .map(|(index, edge)| Search::new(index, edge)),
+                .map(|(index, segment)| Search::new(index, segment)),
         );
         if searches.is_empty() || monitor.cancelled() {
             return (roots, evaluations);
@@ -140,11 +168,16 @@ pub(super) fn solve(
     }
 }
 
-/// The search for the root on one edge.
+/// The search for the root on one edge, by the coordinate along the axis on which the edge is
+/// longest. On an edge that is parallel to an axis the other coordinates stay what they are, to
+/// the last bit.
 struct Search {
     /// The number of the edge in the list that is solved.
     index: usize,
-    edge: Edge,
+    edge: Segment,
+    axis: usize,
+    /// The edge's direction, 1 along the axis.
+    direction: DVec3,
     /// The point at which F is wanted next.
     candidate: DVec3,
     /// The bracket: coordinates along the axis.
@@ -160,28 +193,56 @@ struct Search {
 }
 
 impl Search {
-    fn new(index: usize, edge: &Edge) -> Self {
+    fn new(index: usize, edge: Segment) -> Self {
+        let step = edge.outside - edge.inside;
+        let axis = step.abs().max_position();
+        let (inside, outside) = (edge.inside[axis], edge.outside[axis]);
         let mut search = Search {
             index,
-            edge: *edge,
+            edge,
+            axis,
+            direction: step / step[axis],
             candidate: edge.inside,
-            inside: edge.inside[edge.axis],
-            outside: edge.outside,
+            inside,
+            outside,
             outside_value: edge.outside_value,
-            steps: [(edge.outside - edge.inside[edge.axis]).abs(); 2],
+            steps: [(outside - inside).abs(); 2],
             exhausted: false,
         };
         let weight = edge.inside_value / (edge.inside_value - edge.outside_value);
-        let secant = search.inside + weight * (search.outside - search.inside);
+        let secant = inside + weight * (outside - inside);
         // An infinite or undefined value at an end says nothing about where the root is.
-        search.candidate[edge.axis] = if edge.outside_value == 0.0 {
-            edge.outside
+        search.candidate = search.point(if edge.outside_value == 0.0 {
+            outside
         } else if edge.outside_value < f64::INFINITY && secant.is_finite() {
             secant
         } else {
             search.middle()
-        };
+        });
         search
+    }
+
+    /// The point of the edge with this coordinate along the axis; both ends exactly.
+    fn point(&self, coordinate: f64) -> DVec3 {
+        let Segment {
+            inside, outside, ..
+        } = self.edge;
+        if coordinate == outside[self.axis] {
+            return outside;
+        }
+        let moved = inside + (coordinate - inside[self.axis]) * self.direction;
+        let mut point = DVec3::select(self.direction.cmpne(DVec3::ZERO), moved, inside);
+        point[self.axis] = coordinate;
+        point
+    }
+
+    /// The derivative of F by the coordinate along the axis, on the edge. Axes on which the edge
+    /// does not extend have no part in it, whatever F_x is there.
+    fn slope(&self, gradient: DVec3) -> f64 {
+        let other = |axis: &usize| *axis != self.axis && self.direction[*axis] != 0.0;
+        let others = (0..3).filter(other);
+        let part = |axis: usize| gradient[axis] * self.direction[axis];
+        gradient[self.axis] + others.map(part).sum::<f64>()
     }
 
     fn middle(&self) -> f64 {
@@ -205,15 +266,14 @@ impl Search {
         if residual <= distance && self.is_credible(value, gradient) || self.exhausted {
             return Some(self.root(value, gradient, residual, distance));
         }
-        let axis = self.edge.axis;
-        let here = self.candidate[axis];
+        let here = self.candidate[self.axis];
         if value < 0.0 {
             self.inside = here;
         } else {
             self.outside = here;
             self.outside_value = value;
         }
-        let newton = here - value / gradient[axis];
+        let newton = here - value / self.slope(gradient);
         let halves = (newton - here).abs() <= 0.5 * self.steps[0];
         let next = if halves && self.brackets(newton) {
             newton
@@ -221,14 +281,15 @@ impl Search {
             self.middle()
         };
         self.steps = [self.steps[1], (next - here).abs()];
-        self.candidate[axis] = next;
+        self.candidate = self.point(next);
         // A bracket as narrow as the spacing of numbers on the edge cannot shrink much more, and
         // what is in it is no root. F at the inside end is certainly defined.
-        let farthest = self.edge.inside[axis].abs().max(self.edge.outside.abs());
+        let ends = [self.edge.inside, self.edge.outside].map(|end| end[self.axis].abs());
+        let farthest = ends[0].max(ends[1]);
         let width = (self.outside - self.inside).abs();
         if !self.brackets(next) || width <= f64::EPSILON * farthest {
             self.exhausted = true;
-            self.candidate[axis] = self.inside;
+            self.candidate = self.point(self.inside);
         }
         None
     }
@@ -244,8 +305,10 @@ impl Search {
     /// Where the domain ends, a steep slope also makes the quotient small. F then was never seen
     /// above the level; that it tends to the level shows in |F − iso| itself.
     fn is_credible(&self, value: f64, gradient: DVec3) -> bool {
-        let Edge { inside, axis, .. } = self.edge;
-        let rise = gradient[axis] * (self.edge.outside - inside[axis]);
+        let Segment {
+            inside, outside, ..
+        } = self.edge;
+        let rise = self.slope(gradient) * (outside[self.axis] - inside[self.axis]);
         let falls = value != 0.0 && rise < -value.abs();
         // 0, which says nothing, if F is infinite at the inside end.
         let left = value / self.edge.inside_value;
@@ -257,9 +320,8 @@ impl Search {
 
     /// The root at the candidate, or at an end of the edge if that is as good.
     fn root(&self, value: f64, gradient: DVec3, residual: f64, distance: f64) -> Root {
-        let Edge {
+        let Segment {
             inside,
-            axis,
             outside,
             inside_value,
             outside_value,
@@ -275,10 +337,11 @@ impl Search {
                 false => Kind::Jump,
             },
         };
-        for (end, value) in [(inside[axis], inside_value), (outside, outside_value)] {
+        for (end, value) in [(inside, inside_value), (outside, outside_value)] {
             let residual = first_order_distance(value, gradient);
-            if good && residual <= distance && (end - root.position[axis]).abs() <= distance {
-                root.position[axis] = end;
+            let away = (end[self.axis] - root.position[self.axis]).abs();
+            if good && residual <= distance && away <= distance {
+                root.position = end;
                 root.residual = residual;
             }
         }

@@ -1,5 +1,6 @@
 //! Why there is no result.
 
+use glam::DVec3;
 use thiserror::Error;
 
 use super::grid::Seen;
@@ -37,6 +38,12 @@ pub enum PolygonizeError {
     TooManyVertices {
         /// Vertices.
         vertices: usize,
+    },
+    /// No zero is seen from a seed.
+    #[error("no zero of F is met from the seed {seed} along the axes")]
+    LostSeed {
+        /// The seed.
+        seed: DVec3,
     },
     /// An option makes no sense.
     #[error("{option} must {demand}, not {value}")]

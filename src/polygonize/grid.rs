@@ -183,6 +183,17 @@ impl Grid {
         self.leads_to_ghost(start, axis) || start.iter().enumerate().any(on_side)
     }
 
+    /// The outward normal of the box at a point of its boundary; at its edges and corners the
+    /// mean of the sides' normals, so that it is one for all vertices there.
+    pub(super) fn outward(&self, point: DVec3) -> DVec3 {
+        let component = |axis: usize| {
+            let along = &self.coordinates[axis];
+            let beyond = u8::from(point[axis] == along[along.len() - 1]);
+            f64::from(beyond) - f64::from(u8::from(point[axis] == along[0]))
+        };
+        DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
+    }
+
     /// The coordinates along an axis without the ghosts.
     pub(super) fn real_coordinates(&self, axis: usize) -> &[f64] {
         &self.coordinates[axis][self.ghosts..self.points(axis) - self.ghosts]

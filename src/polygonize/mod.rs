@@ -15,17 +15,21 @@ mod continuation;
 mod cubes;
 mod dual;
 mod edge_roots;
+mod enclosure;
 mod error;
 mod grid;
 mod newton;
+mod octree;
 mod options;
 mod project;
 mod projection;
 mod quadtree;
 mod roots;
 mod signs;
+mod simplices;
 mod squares;
 mod statistics;
+mod tetrahedra;
 
 use self::edge_roots::Accuracy;
 use self::error::no_surface;
@@ -35,10 +39,10 @@ use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
 pub use error::PolygonizeError;
-pub use options::{Ambiguity, Method, Options, default_cell};
+pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
 pub use roots::{IsolatedRoot, Reason, Roots, Undecided};
-pub use statistics::Statistics;
+pub use statistics::{Leaves, Statistics};
 
 /// A level set as polygons.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +68,7 @@ pub enum Shape {
 }
 
 /// One polygonization: what methods work on.
+#[derive(Clone, Copy)]
 struct Job<'a> {
     field: &'a dyn Field,
     options: &'a Options,
@@ -116,8 +121,10 @@ pub fn polygonize(
         Method::Newton => newton::find(&job)?,
         Method::Squares => squares::march(&job)?,
         Method::Quadtree => quadtree::find(&job)?,
-        Method::Continuation => continuation::find(&job)?,
         Method::Cubes => cubes::march(&job)?,
+        Method::Tetrahedra => tetrahedra::march(&job)?,
+        Method::Octree => octree::march(&job)?,
+        Method::Continuation => continuation::follow(&job)?,
         Method::Dual => dual::march(&job)?,
     };
     // Of poor roots alone there is no level set.
@@ -152,23 +159,45 @@ fn accuracy(options: &Options) -> Accuracy {
 ///
 /// Too many cells.
 fn uniform_grid(options: &Options) -> Result<Grid, PolygonizeError> {
-    let bounds = &options.bounds;
+    let counts = cell_counts(options);
+    check_cells(counts.iter().product(), options)?;
+    let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
+    // In R1 there is nothing to be closed.
+    let cap = options.cap && options.bounds.dimension > 1;
+    Ok(Grid::new(&options.bounds, &counts, cap))
+}
+
+/// The number of cells along each axis of a box in R3.
+///
+/// # Errors
+///
+/// Too many cells.
+fn grid_counts(options: &Options) -> Result<[usize; 3], PolygonizeError> {
+    let counts = cell_counts(options);
+    check_cells(counts.iter().product(), options)?;
+    Ok(std::array::from_fn(|axis| {
+        counts.get(axis).map_or(1, |&count| count as usize)
+    }))
+}
+
+/// The number of cells along each axis: as few as `cell` allows.
+fn cell_counts(options: &Options) -> Vec<f64> {
     let count = |(low, high): (f64, f64)| {
         // A quotient that exceeds an integer by no more than rounding needs no further cell.
         ((high - low) / options.cell * (1.0 - 1e-12))
             .ceil()
             .max(1.0)
     };
-    let counts: Vec<f64> = bounds.sides().map(count).collect();
-    let needed = counts.iter().product();
+    options.bounds.sides().map(count).collect()
+}
+
+/// Refuses more cells than are allowed.
+fn check_cells(needed: f64, options: &Options) -> Result<(), PolygonizeError> {
     if needed > options.cell_limit as f64 {
         return Err(PolygonizeError::TooManyCells {
             needed,
             limit: options.cell_limit,
         });
     }
-    let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
-    // In R1 there is nothing to be closed.
-    let cap = options.cap && bounds.dimension > 1;
-    Ok(Grid::new(bounds, &counts, cap))
+    Ok(())
 }

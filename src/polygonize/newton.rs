@@ -112,6 +112,7 @@ fn statistics(line: &mut Line, found: &Roots, seen: Seen, cells: usize) -> Stati
         domain_ends: ends.filter(|doubt| doubt.root.is_none()).count(),
         undecided: found.undecided.len(),
         proven: found.undecided.is_empty(),
+        ..Statistics::default()
     }
 }
 

@@ -1,5 +1,7 @@
 //! How to polygonize: the methods, and what can be asked of all of them.
 
+use glam::DVec3;
+
 use super::PolygonizeError;
 use crate::geometry::Bounds;
 
@@ -15,10 +17,15 @@ pub enum Method {
     Squares,
     /// R2: marching squares on an adaptive quadtree, pruned by enclosures.
     Quadtree,
-    /// R2: curves followed by prediction and correction, from starts that enclosures find.
-    Continuation,
     /// R3: marching cubes.
     Cubes,
+    /// R3: marching tetrahedra, in cells that are divided as [`Options::split`] says.
+    Tetrahedra,
+    /// R3: marching tetrahedra in an octree that is fine where the level set is curved.
+    Octree,
+    /// R2: curves followed by prediction and correction, from starts that enclosures find. R3:
+    /// marching cubes in the cells that are reached from seeds along the level set.
+    Continuation,
     /// R3: manifold dual contouring, which keeps sharp edges.
     Dual,
 }
@@ -30,8 +37,10 @@ impl Method {
         (Method::Bracketing, "bracketing", &[1]),
         (Method::Squares, "squares", &[2]),
         (Method::Quadtree, "quadtree", &[2]),
-        (Method::Continuation, "continuation", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Tetrahedra, "tetrahedra", &[3]),
+        (Method::Octree, "octree", &[3]),
+        (Method::Continuation, "continuation", &[2, 3]),
         (Method::Dual, "dual", &[3]),
     ];
 
@@ -98,6 +107,41 @@ impl Ambiguity {
     ];
 }
 
+/// How cells are divided into tetrahedra.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Split {
+    /// Into five, by turns in two ways: the fewest.
+    Five,
+    /// Into six around a diagonal, all cells alike (Freudenthal, Kuhn).
+    #[default]
+    Six,
+    /// Into twelve: from the centre to the halves of the sides.
+    Twelve,
+    /// Into twenty-four: from the centre to the quarters of the sides around their centres.
+    /// Symmetric in all axes.
+    TwentyFour,
+    /// Not the cells are divided, but their corners and centres are the body-centred cubic
+    /// lattice, whose tetrahedra are alike and nearest to regular ones: twelve a cell.
+    Centred,
+}
+
+impl Split {
+    /// All splits with their names.
+    pub const TABLE: &'static [(Split, &'static str)] = &[
+        (Split::Five, "5"),
+        (Split::Six, "6"),
+        (Split::Twelve, "12"),
+        (Split::TwentyFour, "24"),
+        (Split::Centred, "bcc"),
+    ];
+
+    /// The split of a name.
+    pub fn named(name: &str) -> Option<Split> {
+        let entry = Split::TABLE.iter().find(|(_, own)| *own == name)?;
+        Some(entry.0)
+    }
+}
+
 /// How to polygonize.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -122,9 +166,16 @@ pub struct Options {
     pub cell_limit: usize,
     /// For `Squares`: what is done in ambiguous squares.
     pub ambiguity: Ambiguity,
-    /// For `Quadtree`: about the greatest distance between the curve and the segments, a length;
-    /// `None` for a hundredth of a cell.
+    /// How "tetrahedra" divides cells.
+    pub split: Split,
+    /// How far, as a length, chords may be from the level set in cells that adaptive methods leave
+    /// larger than they could. For "quadtree" `None` stands for a hundredth of `cell`. For "octree"
+    /// it is about the field's linear interpolant, and `None` a 64th of `cell`: a curved surface is
+    /// a radius of curvature R away from its chords by cell² / 8 R, so that cells as small as
+    /// `cell` are reached where R is about 8 cells.
     pub error: Option<f64>,
+    /// Where "continuation" begins in R3; with none, wherever the box is not proven to be empty.
+    pub seeds: Vec<DVec3>,
 }
 
 impl Options {
@@ -142,7 +193,9 @@ impl Options {
             snap: false,
             cell_limit: 1 << 30,
             ambiguity: Ambiguity::default(),
+            split: Split::default(),
             error: None,
+            seeds: Vec::new(),
         }
     }
 }
@@ -196,6 +249,13 @@ pub(super) fn check_options(options: &Options) -> Result<(), PolygonizeError> {
     demand(positive(options.cell), "cell", size, options.cell)?;
     let tolerance = options.tolerance;
     demand(positive(tolerance), "tolerance", size, tolerance)?;
-    demand(positive(options.error()), "error", size, options.error())?;
+    if let Some(error) = options.error {
+        demand(positive(error), "error", size, error)?;
+    }
+    for &seed in &options.seeds {
+        let inside = options.bounds.contains(seed);
+        let outside = seed - seed.clamp(options.bounds.min, options.bounds.max);
+        demand(inside, "seeds", "lie in the box", outside.length())?;
+    }
     demand(options.iso.is_finite(), "iso", "be finite", options.iso)
 }

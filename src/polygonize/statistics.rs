@@ -2,6 +2,36 @@
 
 use super::edge_roots::{Kind, Root};
 
+/// The leaves of an octree, by level: level 0 are the largest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Leaves {
+    /// Those proven to be inside: F < iso.
+    pub interior: [usize; Leaves::LEVELS],
+    /// Those proven to be outside.
+    pub exterior: [usize; Leaves::LEVELS],
+    /// Those that the level set may pass through, and the interior ones along a cap.
+    pub boundary: [usize; Leaves::LEVELS],
+}
+
+impl Leaves {
+    /// No octree has more levels.
+    pub const LEVELS: usize = 21;
+
+    /// The sum of both.
+    fn and(mut self, other: Self) -> Self {
+        for (own, other) in [
+            (&mut self.interior, other.interior),
+            (&mut self.exterior, other.exterior),
+            (&mut self.boundary, other.boundary),
+        ] {
+            for (own, other) in own.iter_mut().zip(other) {
+                *own += other;
+            }
+        }
+        self
+    }
+}
+
 /// What the work amounted to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Statistics {
@@ -22,6 +52,10 @@ pub struct Statistics {
     /// Changes of sign that are no roots to the tolerance: poles, jumps, ends of the domain of F.
     /// They are vertices of meshes and curves all the same, lest these fall apart.
     pub poor_roots: usize,
+    /// Whether components that are reached from no seed would be missed.
+    pub may_miss_components: bool,
+    /// The leaves of an octree; none for other methods.
+    pub leaves: Leaves,
     /// The poor roots that are ends of the domain: F < iso on one side, F NaN on the other. There
     /// the solid F < iso ends indeed.
     pub domain_ends: usize,
@@ -59,6 +93,8 @@ impl Statistics {
             domain_ends: self.domain_ends + other.domain_ends,
             undecided: self.undecided + other.undecided,
             proven: self.proven && other.proven,
+            may_miss_components: self.may_miss_components || other.may_miss_components,
+            leaves: self.leaves.and(other.leaves),
         }
     }
 }

@@ -235,7 +235,7 @@ pub(super) struct Eval {
 pub(super) struct Mesh {
     #[command(flatten)]
     pub(super) subject: Subject,
-    /// The method
+    /// The method: in R3 cubes, tetrahedra, octree or continuation
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell
@@ -259,9 +259,15 @@ pub(super) struct Mesh {
     /// For squares with opposite corners inside: saddle, join, separate or subdivide
     #[arg(long, value_name = "NAME")]
     pub(super) ambiguity: Option<String>,
-    /// For the quadtree: how near segments are to the curve
+    /// With tetrahedra, into how many a cell is cut: 5, 6, 12, 24 or bcc (the body-centred lattice)
+    #[arg(long, value_name = "NAME")]
+    pub(super) split: Option<String>,
+    /// With quadtree and octree, how far from flat, as a length, the level set may be in a larger cell
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) error: Option<String>,
+    /// With continuation, points near the components that are wanted, as in "[[0, 0, 1]]"
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) seeds: Option<String>,
     /// Prints all measures of the mesh: topology, quality of the triangles, self-intersections, and
     /// how far it is from the field's surface
     #[arg(long)]

@@ -26,10 +26,13 @@ pub(super) type Flag<'a> = (&'a str, Option<&'a str>);
 pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
     let method = command.method.as_deref().map(quoted);
     let ambiguity = command.ambiguity.as_deref().map(quoted);
+    let split = command.split.as_deref().map(quoted);
     let flags = [
         ("method", method.as_deref()),
         ("ambiguity", ambiguity.as_deref()),
+        ("split", split.as_deref()),
         ("error", command.error.as_deref()),
+        ("seeds", command.seeds.as_deref()),
         ("cell", command.cell.as_deref()),
         ("resolution", command.resolution.as_deref()),
         ("iso", command.iso.as_deref()),

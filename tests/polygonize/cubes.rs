@@ -485,7 +485,7 @@ fn levels_are_surfaces_of_the_shifted_field() {
 }
 
 /// A trilinear field with a random sign at each of `points`³ grid points.
-fn random_signs(seed: u64, points: usize) -> impl Field {
+pub(crate) fn random_signs(seed: u64, points: usize) -> impl Field {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let mut signs = vec![1.0; points * points * points];
     for sign in &mut signs {

@@ -2,13 +2,17 @@
 
 mod bracketing;
 mod compiled;
+mod continuation;
 mod cubes;
 mod cubes_snapping;
 mod cubes_topology;
 mod dual;
 mod expression;
 mod newton;
+mod octree;
 mod plane;
 mod squares;
 mod support;
+mod surfaces;
+mod tetrahedra;
 mod trilinear;

@@ -16,6 +16,7 @@ pub fn choices(function: &Builtin, parameter: &str) -> Vec<&'static str> {
             .iter()
             .map(|(_, name)| *name)
             .collect(),
+        ("polygonize", "split") => vec!["bcc"],
         ("sample", "method") => Method::NAMES.iter().map(|(_, name)| *name).collect(),
         ("sample", "potential") => Potential::NAMES.iter().map(|(_, name)| *name).collect(),
         ("sample", "adapt") => vec!["curvature"],

@@ -31,7 +31,13 @@ pub(super) const SAMPLERS: &[(&str, &[Method])] = &[
 /// The same for polygonizers.
 pub(super) const POLYGONIZERS: &[(&str, &[polygonize::Method])] = &[
     ("ambiguity", &[polygonize::Method::Squares]),
-    ("error", &[polygonize::Method::Quadtree]),
+    ("split", &[polygonize::Method::Tetrahedra]),
+    (
+        "error",
+        &[polygonize::Method::Quadtree, polygonize::Method::Octree],
+    ),
+    ("seeds", &[polygonize::Method::Continuation]),
+    ("snap", &[polygonize::Method::Cubes]),
 ];
 
 /// Refuses arguments that the method would ignore.

@@ -3,6 +3,7 @@
 use std::rc::Rc;
 
 use super::extent::found_bounds;
+use super::samples::points_of;
 use super::{Arguments, Builtin, action, methods, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
@@ -13,7 +14,7 @@ use crate::language::product::{self, CurveSet, MeshSet};
 use crate::language::session::Session;
 use crate::language::value::{Outcome, Value, failure};
 use crate::polygonize::{
-    self, Ambiguity, Method, PolygonizeError, Polygonized, Roots, Shape, Undecided,
+    self, Ambiguity, Method, PolygonizeError, Polygonized, Roots, Shape, Split, Undecided,
 };
 
 pub(super) const TABLE: &[Builtin] = &[
@@ -29,10 +30,12 @@ pub(super) const TABLE: &[Builtin] = &[
             "cap =",
             "tolerance = 1e-9",
             "ambiguity = \"saddle\"",
+            "split = 6",
             "error =",
+            "seeds =",
             "snap = false",
         ],
-        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept) and `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles). In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default a hundredth of `cell`) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
+        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
     ),
     action(
@@ -187,6 +190,15 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     if let Some(ambiguity) = ambiguity_argument(arguments)? {
         options.ambiguity = ambiguity;
     }
+    if let Some(split) = arguments.plain(session, "split")? {
+        options.split = split_of(arguments, &split)?;
+    }
+    if let Some(seeds) = arguments.plain(session, "seeds")? {
+        options.seeds = points_of(&seeds, bounds.dimension).ok_or_else(|| {
+            let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
+            arguments.expected(expected, "seeds", &seeds)
+        })?;
+    }
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
     let monitor = &session.monitor();
     let found = polygonize::polygonize(&field, &options, monitor)
@@ -227,8 +239,9 @@ fn roots(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 
 /// Says where a method that searches for components cannot prove that it has all of them.
 fn warn_about_components(session: &mut Session, arguments: &Arguments, found: &Polygonized) {
+    let is_plane = matches!(found.shape, Shape::Curves(_));
     let searches = matches!(found.method, Method::Continuation | Method::Quadtree);
-    if !searches || found.statistics.proven {
+    if !(is_plane && searches) || found.statistics.proven {
         return;
     }
     let message = match found.statistics.undecided {
@@ -286,6 +299,19 @@ fn ambiguity_argument(arguments: &Arguments) -> Outcome<Option<Ambiguity>> {
             Err(arguments.bad("ambiguity", message))
         }
     }
+}
+
+/// The split of a number or a name.
+fn split_of(arguments: &Arguments, value: &Value) -> Outcome<Split> {
+    let name = match value {
+        Value::Number(number) => number.to_string(),
+        Value::Text(name) => name.to_string(),
+        other => return Err(arguments.expected("a number or a string", "split", other)),
+    };
+    Split::named(&name).ok_or_else(|| {
+        let message = format!("`split` must be 5, 6, 12, 24 or \"bcc\", but it is {name}");
+        arguments.bad("split", message)
+    })
 }
 
 /// The polygonizer that is asked for, if one is.
@@ -367,6 +393,7 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
         PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
+        PolygonizeError::LostSeed { .. } => arguments.bad("seeds", message),
         PolygonizeError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
     }
 }
@@ -406,6 +433,13 @@ fn warn_about_mesh(
             Code::CutByBox,
             format!("the box cuts the level set, which is {done} there"),
             help,
+        );
+    }
+    if statistics.may_miss_components {
+        warn(
+            Code::MaybeMissed,
+            "only components that the seeds lead to were followed".into(),
+            "leave out `seeds`, and all components are found that cells can show",
         );
     }
     let jumps = statistics.poor_roots - statistics.domain_ends;

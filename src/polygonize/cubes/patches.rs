@@ -10,7 +10,7 @@ use glam::{DVec3, IVec3};
 use super::loops::{EDGES, Loop, in_common_face, loops};
 
 /// The first number of a vertex inside the cube; lesser ones are edges.
-pub(super) const FIRST_CENTRE: u8 = 12;
+pub(in crate::polygonize) const FIRST_CENTRE: u8 = 12;
 
 /// A way through the interior of a cube between two regions on its surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

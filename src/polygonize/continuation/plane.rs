@@ -8,11 +8,11 @@
 
 use glam::DVec3;
 
-use super::grid::{Grid, Seen};
-use super::{Found, Job, PolygonizeError, Shape, Statistics, border};
 use crate::continuation::{Component, Events, Place, Region, Step, System, Traced, Walker, trace};
 use crate::engine::{CompiledField, Field};
 use crate::geometry::{Bounds, Curves, Polyline};
+use crate::polygonize::grid::{Grid, Seen};
+use crate::polygonize::{Found, Job, PolygonizeError, Shape, Statistics, border};
 
 /// A closed curve has so many vertices at least.
 const FEWEST: usize = 12;
