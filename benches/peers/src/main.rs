@@ -5,6 +5,7 @@
 //! and ratios. See the README beside it for the options.
 
 mod measure;
+mod meshes;
 mod options;
 mod own;
 mod peer;
@@ -73,7 +74,8 @@ fn main() -> ExitCode {
     let subjects: Vec<&Subject> = subjects.iter().filter(chosen).collect();
     for subject in &subjects {
         compare(subject, &options);
-        if let Err(message) = pictures::compare(subject, &options) {
+        let compared = pictures::compare(subject, &options);
+        if let Err(message) = compared.and_then(|()| meshes::compare(subject, &options)) {
             eprintln!("{message}");
             return ExitCode::FAILURE;
         }
@@ -89,7 +91,8 @@ fn main() -> ExitCode {
             values(subject, threads, &options);
             gradients(subject, threads, &options);
             bounds(subject, threads, &options);
-            if let Err(message) = pictures::pictures(subject, threads, &options) {
+            let made = pictures::pictures(subject, threads, &options);
+            if let Err(message) = made.and_then(|()| meshes::meshes(subject, threads, &options)) {
                 eprintln!("{message}");
                 return ExitCode::FAILURE;
             }

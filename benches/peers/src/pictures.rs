@@ -91,7 +91,8 @@ fn time(task: &mut Task) -> Duration {
     begun.elapsed()
 }
 
-fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
+/// So many threads.
+pub fn pool(threads: usize) -> Result<rayon::ThreadPool, String> {
     let builder = rayon::ThreadPoolBuilder::new().num_threads(threads);
     builder.build().map_err(|error| error.to_string())
 }
