@@ -72,7 +72,8 @@ fn arguments_are_offered_in_calls() {
 
 #[test]
 fn strings_are_offered_where_they_are_known() {
-    assert_eq!(labels("polygonize(f, method = \"‸\")"), ["cubes"]);
+    assert_eq!(labels("polygonize(f, method = \"cu‸\")"), ["cubes"]);
+    assert_eq!(labels("polygonize(f, method = \"du‸\")"), ["dual"]);
     assert_eq!(labels("sample(f, method = \"kin‸"), ["kinematic"]);
     assert_eq!(labels("let a = \"‸\""), [""; 0]);
 }
