@@ -54,7 +54,7 @@ let p = polygonize(part, cell = 0.1)
 let t = simplify(p, error = 0.004)
 assert(t.triangles < p.triangles/4 and t.genus == 1 and t.watertight and t.manifold)
 assert(abs(t.volume/p.volume - 1) < 0.01)
-let open = polygonize(p -> p.z - 0.2*sin(3*p.x), bounds = [-1..1, -1..1, -1..1], cell = 0.1)
+let open = polygonize(p -> p.z - 0.2*sin(3*p.x), bounds = [-1..1, -1..1, -1..1], cell = 0.1, cap = false)
 let few = simplify(open, count = 100)
 assert(few.triangles <= 100 and few.boundary_loops == 1 and few.genus == 0 and few.manifold)
 ",
@@ -76,7 +76,7 @@ assert(d.vertex_max < 1e-12 and d.turned == 0)
 # Another level, and the mean length of the given mesh.
 let outer = remesh(polygonize(torus, cell = 0.1, iso = 0.1, bounds = -1.8..1.8), torus, iso = 0.1, iterations = 4)
 assert(deviation(outer, torus, iso = 0.1).vertex_max < 1e-12)
-let open = polygonize(p -> p.z - 0.2*sin(3*p.x), bounds = [-1..1, -1..1, -1..1], cell = 0.1)
+let open = polygonize(p -> p.z - 0.2*sin(3*p.x), bounds = [-1..1, -1..1, -1..1], cell = 0.1, cap = false)
 let patch = remesh(open, p -> p.z - 0.2*sin(3*p.x))
 assert(patch.boundary_loops == 1 and patch.genus == 0 and patch.manifold)
 "

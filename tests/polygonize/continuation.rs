@@ -153,7 +153,7 @@ fn fields_without_enclosures_and_random_signs_give_marching_cubes() {
         }
     }
     let nowhere = space(|_| (1.0, DVec3::ZERO));
-    match surface(&nowhere, &Options::new(cube(3, -1.0, 1.0))) {
+    match surface(&nowhere, &support::open(cube(3, -1.0, 1.0))) {
         Err(PolygonizeError::NoSurface { above, .. }) => assert_eq!(above, 65 * 65 * 65),
         other => panic!("{other:?}"),
     }
