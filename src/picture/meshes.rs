@@ -12,6 +12,9 @@ use super::space::{HeightMap, Hit};
 use super::{Options, Picture, PictureError, Statistics, bad, check_angles, checked_film};
 use crate::geometry::{Bounds, Mesh};
 
+/// Vertices whose normals have a smaller cosine with a facet's are on an edge of it: 26 degrees.
+const SMOOTH: f64 = 0.9;
+
 /// How much larger than the points the box is, in parts of its diagonal.
 const MARGIN: f64 = 0.04;
 
@@ -116,9 +119,12 @@ fn picture(
     };
     for triangle in &mesh.triangles {
         let corners = triangle.map(|vertex| mesh.positions[vertex as usize]);
-        let known = |normal: &DVec3| *normal != DVec3::ZERO;
+        let [a, b, c] = corners;
+        let facet = (b - a).cross(c - a).normalize_or_zero();
+        // At a sharp edge a vertex' normal is that of none of its facets; 0 is that of no vertex.
+        let fits = |normal: &DVec3| normal.dot(facet) > SMOOTH;
         let normal = |vertex: u32| mesh.normals.get(vertex as usize).copied();
-        let normals = triangle.map(|vertex| normal(vertex).filter(known));
+        let normals = triangle.map(|vertex| normal(vertex).filter(fits));
         paint(&mut map, camera, corners, normals, Hit::Surface);
     }
     let covered = map.hits.iter().filter(|&&hit| hit != Hit::Nothing).count();
