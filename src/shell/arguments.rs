@@ -235,7 +235,8 @@ pub(super) struct Eval {
 pub(super) struct Mesh {
     #[command(flatten)]
     pub(super) subject: Subject,
-    /// The method: in R3 cubes, tetrahedra, octree or continuation
+    /// The method: in R3 dual (the usual one: sharp edges), cubes, tetrahedra, octree or continuation; in
+    /// R2 squares, quadtree or continuation; in R1 newton or bracketing
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell
@@ -247,7 +248,7 @@ pub(super) struct Mesh {
     /// The level: the set where the field has this value
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) iso: Option<String>,
-    /// Whether what the box cuts is closed along it: --cap or --cap=false [default: only surfaces]
+    /// Whether what the box cuts is closed along it [default: true in R3, else false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub(super) cap: Option<String>,
     /// Marching cubes: merges vertices near grid points, which makes better triangles

@@ -46,6 +46,9 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
             limit: options.cell_limit,
         });
     }
+    // A surface crosses about as many cells as the sides of the box have.
+    let [x, y, z] = [counts[0], counts[1], counts[2]];
+    check_cells(2.0 * (x * y + y * z + z * x), options)?;
     let counts: Vec<usize> = counts.into_iter().map(|count| count as usize).collect();
     let grid = Grid::new(&options.bounds, &counts, options.cap);
     let mut survey = Survey::new(job, &grid);

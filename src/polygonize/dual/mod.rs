@@ -101,7 +101,7 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     let statistics = Statistics {
         evaluations,
         cut_by_box,
-        // NaN, of vertices that are not on the surface, takes no part.
+        // NaN, of vertices where F is not smooth or not defined, takes no part.
         max_residual: vertices.iter().map(residual).fold(0.0, f64::max),
         ..Statistics::default()
     };

@@ -16,6 +16,7 @@ use glam::DVec3;
 
 use super::quadric::{Nearest, Quadric};
 use crate::polygonize::columns::{Columns, Evaluate};
+use crate::polygonize::edge_roots::first_order_distance;
 
 /// Normals whose cosine is below this may belong to two sides of a sharp edge: 10 degrees.
 const ALIKE: f64 = 0.985;
@@ -28,12 +29,16 @@ const ROUNDS: [f64; 3] = [0.1, 0.01, 0.001];
 const SLIDE: f64 = 0.1;
 const SLIDES: i32 = 15;
 
-/// Steps of Newton's method before a vertex is given up.
-const STEPS: usize = 12;
+/// Steps of Newton's method before a vertex is given up: enough for linear convergence, as at
+/// multiple zeros.
+const STEPS: usize = 64;
 
 /// The part of a cell at its border that smooth vertices keep out of, so that those of two cells
 /// do not coincide.
 const MARGIN: f64 = 0.05;
+
+/// How far beyond its cell, as a part of it, a vertex may be where the surface only grazes it.
+const BEYOND: f64 = 0.5;
 
 /// A vertex that is to be placed.
 #[derive(Clone, Debug)]
@@ -122,15 +127,31 @@ impl<E: Evaluate> Placer<'_, E> {
         self.place_on_edges(sharp, sites, contacts, &mut placed, &is_inside);
         self.place_on_surface(sites, MARGIN, &mut placed);
         self.place_on_surface(sites, 0.0, &mut placed);
-        let rest = |(vertex, site): (Option<Vertex>, &Site)| {
-            vertex.unwrap_or(Vertex {
-                position: site.middle,
-                normal: mean_normal(&contacts[site.roots.clone()]),
-                residual: f64::NAN,
+        self.place_on_surface(sites, -BEYOND, &mut placed);
+        self.leave_the_rest(sites, contacts, &mut placed);
+        placed.into_iter().flatten().collect()
+    }
+
+    /// Gives the sites without a vertex one where they start, with the residual there.
+    fn leave_the_rest(
+        &mut self,
+        sites: &[Site],
+        contacts: &[Contact],
+        placed: &mut [Option<Vertex>],
+    ) {
+        let open: Vec<usize> = (0..sites.len())
+            .filter(|&place| placed[place].is_none())
+            .collect();
+        self.evaluate(open.iter().map(|&place| sites[place].middle));
+        for (index, &place) in open.iter().enumerate() {
+            let (value, gradient) = self.columns.result(index);
+            placed[place] = Some(Vertex {
+                position: sites[place].middle,
+                normal: mean_normal(&contacts[sites[place].roots.clone()]),
+                residual: first_order_distance(value, gradient),
                 rank: 1,
-            })
-        };
-        placed.into_iter().zip(sites).map(rest).collect()
+            });
+        }
     }
 
     fn evaluate(&mut self, points: impl ExactSizeIterator<Item = DVec3>) {
