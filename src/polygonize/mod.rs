@@ -1,11 +1,12 @@
 //! Polygonizers: the level set F = iso of a field as a mesh (R3), as polylines (R2) or as roots
-//! (R1), from the signs of F on a uniform grid over a box. They take a field from the
-//! [`engine`](crate::engine) and make what [`geometry`](crate::geometry) describes.
+//! (R1). They take a field from the [`engine`](crate::engine) and make what
+//! [`geometry`](crate::geometry) describes; [`Method`] names them.
 //!
-//! The inside is F < iso; where F is NaN, it counts as outside. Vertices lie on grid edges whose
-//! ends differ, at a root of F that is found to a tolerance, not by interpolation. All that is
-//! said about the topology holds up to the cell size: what is thinner than a cell may be missed,
-//! and so is a zero without a change of sign, such as that of (x² + y² − 1)².
+//! The inside is F < iso; where F is NaN, it counts as outside. Vertices lie at roots of F that are
+//! found to a tolerance, not by interpolation: on the edges of cells or, with dual contouring, in
+//! the cells. Except for the roots that enclosures prove, all that is said about the topology holds
+//! up to the cell size: what is thinner than a cell may be missed, and so is a zero without a change
+//! of sign, such as that of (x² + y² − 1)².
 
 mod ambiguity;
 mod border;
