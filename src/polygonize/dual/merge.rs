@@ -6,9 +6,50 @@ use rustc_hash::FxHashMap;
 
 use super::facets::shape;
 use super::place::Vertex;
+use crate::geometry::DisjointSets;
 
 /// Triangles below this shape are taken out, where 1 is equilateral.
 const BAD: f64 = 0.01;
+
+/// Vertices on sharp edges that are nearer to each other than this part of a cell are one: those of
+/// cells that share a corner, or an edge of the surface, find the same point but for rounding.
+const SAME: f64 = 1e-6;
+
+/// Joins the vertices of rank 2 or more that an edge shorter than a part of a cell connects: all
+/// that are connected so get the place of the one with the highest rank, of these the first.
+pub(super) fn join_coinciding(triangles: &[[u32; 3]], vertices: &mut [Vertex], cell: f64) {
+    let near = |a: u32, b: u32| {
+        let [a, b] = [a, b].map(|end| &vertices[end as usize]);
+        a.rank > 1 && b.rank > 1 && a.position.distance_squared(b.position) < (SAME * cell).powi(2)
+    };
+    let sides = triangles
+        .iter()
+        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
+    let short: Vec<(u32, u32)> = sides.filter(|&(a, b)| near(a, b)).collect();
+    if short.is_empty() {
+        return;
+    }
+    let mut joined = DisjointSets::new(vertices.len() as u32);
+    for &(a, b) in &short {
+        joined.union(a, b);
+    }
+    let mut ends: Vec<u32> = short.into_iter().flat_map(|(a, b)| [a, b]).collect();
+    ends.sort_unstable();
+    ends.dedup();
+    let mut best: FxHashMap<u32, Vertex> = FxHashMap::default();
+    for &end in &ends {
+        let own = vertices[end as usize];
+        let best = best.entry(joined.find(end)).or_insert(own);
+        if own.rank > best.rank {
+            *best = own;
+        }
+    }
+    for end in ends {
+        if let Some(&vertex) = best.get(&joined.find(end)) {
+            vertices[end as usize] = vertex;
+        }
+    }
+}
 
 /// Moves vertices of bad triangles onto each other, where that leaves no worse ones around.
 pub(super) fn merge(triangles: &[[u32; 3]], vertices: &mut [Vertex]) {

@@ -96,6 +96,8 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     evaluations += improve::relax(job, &facets, &around, &mut vertices);
     let mut triangles = triangulate(&facets, &vertices);
     evaluations += flips::flip(job, &mut triangles, &vertices);
+    let cell = plan.lattice.side.min_element();
+    merge::join_coinciding(&triangles, &mut vertices, cell);
     merge::merge(&triangles, &mut vertices);
     let residual = |vertex: &place::Vertex| vertex.residual;
     let statistics = Statistics {
