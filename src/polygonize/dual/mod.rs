@@ -98,7 +98,7 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     evaluations += flips::flip(job, &mut triangles, &vertices);
     let cell = plan.lattice.side.min_element();
     merge::join_coinciding(&triangles, &mut vertices, cell);
-    merge::merge(&triangles, &mut vertices);
+    let moved = merge::merge(&triangles, &mut vertices);
     let residual = |vertex: &place::Vertex| vertex.residual;
     let statistics = Statistics {
         evaluations,
@@ -112,8 +112,8 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
         normals: vertices.iter().map(|vertex| vertex.normal).collect(),
         triangles,
     };
+    merge::collapse(&mut mesh, &moved);
     mesh.drop_unused_vertices();
-    mesh.collapse_degenerate_edges();
     Ok((mesh, statistics))
 }
 
