@@ -20,6 +20,7 @@ mod loops;
 mod merge;
 mod place;
 mod quadric;
+mod repair;
 mod sharpen;
 
 use rayon::prelude::*;
@@ -68,6 +69,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     statistics.evaluations += more.evaluations;
     statistics.cut_by_box = more.cut_by_box;
     statistics.max_residual = more.max_residual;
+    statistics.folded_facets = more.folded_facets;
     Ok((Shape::Mesh(mesh), seen, statistics))
 }
 
@@ -99,14 +101,6 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     let cell = plan.lattice.side.min_element();
     merge::join_coinciding(&triangles, &mut vertices, cell);
     let moved = merge::merge(&triangles, &mut vertices);
-    let residual = |vertex: &place::Vertex| vertex.residual;
-    let statistics = Statistics {
-        evaluations,
-        cut_by_box,
-        // NaN, of vertices where F is not smooth or not defined, takes no part.
-        max_residual: vertices.iter().map(residual).fold(0.0, f64::max),
-        ..Statistics::default()
-    };
     let mut mesh = Mesh {
         positions: vertices.iter().map(|vertex| vertex.position).collect(),
         normals: vertices.iter().map(|vertex| vertex.normal).collect(),
@@ -114,6 +108,16 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     };
     merge::collapse(&mut mesh, &moved);
     mesh.drop_unused_vertices();
+    let repaired = repair::repair(job, &mut mesh);
+    let residual = |vertex: &place::Vertex| vertex.residual;
+    let statistics = Statistics {
+        evaluations: evaluations + repaired.evaluations,
+        folded_facets: repaired.folded,
+        cut_by_box,
+        // NaN, of vertices where F is not smooth or not defined, takes no part.
+        max_residual: vertices.iter().map(residual).fold(0.0, f64::max),
+        ..Statistics::default()
+    };
     Ok((mesh, statistics))
 }
 
