@@ -1,8 +1,8 @@
 //! The last look at the mesh: facets that are turned against F_x or have no area are taken out by
 //! flips of edges, as far as that goes, and those that are left are counted.
 //!
-//! Only facets in doubt are looked at, those whose normal disagrees with that of a corner, or which
-//! are very thin: on smooth parts there are none, and nothing is evaluated.
+//! Only facets in doubt are looked at, those whose normal disagrees with that of a corner or which
+//! are very thin, and their neighbours: on smooth parts there are none, and nothing is evaluated.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -14,8 +14,9 @@ use crate::polygonize::Job;
 use crate::polygonize::columns::Columns;
 use crate::polygonize::edge_roots::first_order_distance;
 
-/// A facet whose normal and that of a corner have a cosine below this is in doubt: 60 degrees.
-const DOUBT: f64 = 0.5;
+/// A facet whose normal and that of a corner have a cosine below this is in doubt: 46 degrees, a
+/// little more than beside the right angle of two planes.
+const DOUBT: f64 = 0.7;
 
 /// So is one whose shape is below this, where 1 is equilateral.
 const THIN: f64 = 0.01;
@@ -49,6 +50,9 @@ pub(super) fn repair(job: &Job, mesh: &mut Mesh) -> Repaired {
     let mut doubtful: Vec<usize> = (0..mesh.triangles.len())
         .filter(|&number| is_doubtful(mesh, number))
         .collect();
+    if !doubtful.is_empty() {
+        doubtful = with_neighbours(mesh, &doubtful);
+    }
     let mut bad = known.bad(mesh, &doubtful);
     for _ in 0..ROUNDS {
         let flipped = match bad.is_empty() {
@@ -76,6 +80,18 @@ fn is_doubtful(mesh: &Mesh, number: usize) -> bool {
     let normal = normal(points).normalize_or_zero();
     let agrees = |&corner: &u32| mesh.normals[corner as usize].dot(normal) >= DOUBT;
     !corners.iter().all(agrees) || shape(points) < THIN
+}
+
+/// The facets that share a corner with one of these, ascending.
+fn with_neighbours(mesh: &Mesh, numbers: &[usize]) -> Vec<usize> {
+    let mut is_near = vec![false; mesh.positions.len()];
+    for corner in numbers.iter().flat_map(|&number| mesh.triangles[number]) {
+        is_near[corner as usize] = true;
+    }
+    let is_near = |corner: &u32| is_near[*corner as usize];
+    (0..mesh.triangles.len())
+        .filter(|&number| mesh.triangles[number].iter().any(is_near))
+        .collect()
 }
 
 fn positions(mesh: &Mesh, corners: [u32; 3]) -> [DVec3; 3] {
