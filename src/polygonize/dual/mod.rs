@@ -20,6 +20,7 @@ mod loops;
 mod merge;
 mod place;
 mod quadric;
+mod sharp_points;
 mod sharpen;
 
 use rayon::prelude::*;
@@ -28,6 +29,7 @@ use self::around::Around;
 use self::block::{Block, Plan, Workshop};
 use self::facets::{Blocks, triangulate};
 use self::lattice::Lattice;
+pub(super) use self::sharp_points::{Loop, SharpPoint, are_smooth, sharp_points};
 use self::sharpen::{Known, sharpen};
 use super::columns::Evaluate;
 use super::grid::Seen;
