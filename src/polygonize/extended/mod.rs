@@ -5,7 +5,7 @@
 //! normals at the roots of one loop (the border of a patch of surface in a cell) differ, the patch
 //! becomes a fan around a new vertex, the point nearest to the tangent planes at the roots
 //! (`fans`). At last edges between two fans are flipped, so that sharp edges are edges of the mesh
-//! (`weave`). Loops without a new vertex keep the triangles of the case: a smooth surface has the
+//! (`weave`, `flips`). Loops without a new vertex keep the triangles of the case: a smooth surface has the
 //! mesh of marching cubes.
 //!
 //! It differs from the paper in two points. What the paper decides by the angles between the
@@ -18,6 +18,7 @@
 //! contouring asks the cells around.)
 
 mod fans;
+mod flips;
 mod weave;
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -57,7 +58,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
         statistics.max_residual = statistics.max_residual.max(piece.max_residual);
     }
     let fans: Vec<Fan> = pieces.into_iter().flat_map(|piece| piece.fans).collect();
-    weave(&mut mesh, fans)?;
+    weave(&mut mesh, grid, fans)?;
     mesh.collapse_degenerate_edges();
     Ok((Shape::Mesh(mesh), seen, statistics))
 }

@@ -1,6 +1,4 @@
-//! Fans in place of patches, and flips that make sharp edges edges of the mesh: where two fans meet
-//! along a side that a sharp edge crosses, the edge between their centres replaces the side (section
-//! 4 of the paper).
+//! Fans in place of patches.
 //!
 //! A centre beyond the sides of its own patch, where the sharp edge runs through a cell whose roots do
 //! not tell of it, makes triangles that lie upside down over a neighbouring patch. A fan with such
@@ -9,12 +7,13 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::fans::Fan;
+use super::flips;
 use crate::geometry::Mesh;
 use crate::polygonize::PolygonizeError;
-use crate::polygonize::dual::are_smooth;
+use crate::polygonize::grid::Grid;
 
-/// Replaces patches by fans, and flips edges around these.
-pub(super) fn weave(mesh: &mut Mesh, fans: Vec<Fan>) -> Result<(), PolygonizeError> {
+/// Replaces patches by fans, and flips edges until sharp edges are edges of the mesh.
+pub(super) fn weave(mesh: &mut Mesh, grid: &Grid, fans: Vec<Fan>) -> Result<(), PolygonizeError> {
     if fans.is_empty() {
         return Ok(());
     }
@@ -25,7 +24,7 @@ pub(super) fn weave(mesh: &mut Mesh, fans: Vec<Fan>) -> Result<(), PolygonizeErr
     }
     mesh.positions.extend(fans.iter().map(|fan| fan.position));
     mesh.normals.extend(fans.iter().map(|fan| fan.normal));
-    let mut weaver = Weaver::new(mesh, &fans, first);
+    let mut weaver = Weaver::new(mesh, &fans);
     let numbered = || fans.iter().zip(first as u32..);
     for (fan, centre) in numbered().filter(|(fan, _)| fan.turned.is_empty()) {
         weaver.add(fan, centre);
@@ -33,18 +32,19 @@ pub(super) fn weave(mesh: &mut Mesh, fans: Vec<Fan>) -> Result<(), PolygonizeErr
     for (fan, centre) in numbered().filter(|(fan, _)| !fan.turned.is_empty()) {
         weaver.add_with_flips(fan, centre);
     }
-    weaver.join_centres();
-    let Weaver { triangles, gone, .. } = weaver;
+    let Weaver {
+        triangles, gone, ..
+    } = weaver;
     let kept = triangles.into_iter().zip(gone).filter(|(_, gone)| !gone);
-    mesh.triangles = kept.map(|(corners, _)| corners).collect();
+    let mut triangles: Vec<[u32; 3]> = kept.map(|(corners, _)| corners).collect();
+    flips::flip((mesh, grid), first as u32, &mut triangles);
+    mesh.triangles = triangles;
     Ok(())
 }
 
 /// A mesh that is being changed.
 struct Weaver<'a> {
     mesh: &'a Mesh,
-    /// The number of vertices that are roots.
-    roots: usize,
     triangles: Vec<[u32; 3]>,
     /// Which of them are replaced.
     gone: Vec<bool>,
@@ -53,8 +53,6 @@ struct Weaver<'a> {
     /// The triangles at the sides of fans, and at those sides of patches beyond which a fan is upside
     /// down.
     at_side: FxHashMap<[u32; 2], usize>,
-    /// The sides of the fans so far, in their order.
-    sides: Vec<[u32; 2]>,
     /// The pairs of vertices that flips have joined.
     joined: FxHashSet<[u32; 2]>,
 }
@@ -67,7 +65,7 @@ struct Flip {
 }
 
 impl<'a> Weaver<'a> {
-    fn new(mesh: &'a Mesh, fans: &[Fan], roots: usize) -> Weaver<'a> {
+    fn new(mesh: &'a Mesh, fans: &[Fan]) -> Weaver<'a> {
         let turned = fans.iter().flat_map(|fan| {
             let side = |&place: &usize| fan.sides[place];
             fan.turned.iter().map(side)
@@ -83,12 +81,10 @@ impl<'a> Weaver<'a> {
         }
         Weaver {
             mesh,
-            roots,
             triangles: mesh.triangles.clone(),
             gone: vec![false; mesh.triangles.len()],
             flipped: vec![false; mesh.triangles.len()],
             at_side,
-            sides: Vec::new(),
             joined: FxHashSet::default(),
         }
     }
@@ -100,7 +96,6 @@ impl<'a> Weaver<'a> {
         }
         for &[from, to] in &fan.sides {
             self.at_side.insert([from, to], self.triangles.len());
-            self.sides.push([from, to]);
             self.triangles.push([from, to, centre]);
             self.gone.push(false);
             self.flipped.push(false);
@@ -168,25 +163,6 @@ impl<'a> Weaver<'a> {
         for (number, corners) in flip.numbers.into_iter().zip(flip.corners) {
             self.triangles[number] = corners;
             self.flipped[number] = true;
-        }
-    }
-
-    /// Flips the sides between two fans that a sharp edge crosses.
-    fn join_centres(&mut self) {
-        for place in 0..self.sides.len() {
-            let [from, to] = self.sides[place];
-            let normals = [from, to].map(|vertex| self.mesh.normals[vertex as usize]);
-            // Every side is met twice.
-            if from > to || are_smooth(normals.into_iter()) {
-                continue;
-            }
-            let both = [self.below([to, from]), self.below([from, to])];
-            if let [Some(own), Some(other)] = both
-                && [own.1, other.1].iter().all(|&corner| corner as usize >= self.roots)
-                && let Some(flip) = self.flip([from, to], [own.0, other.0], [own.1, other.1])
-            {
-                self.apply(flip);
-            }
         }
     }
 
