@@ -45,7 +45,9 @@ pub(in crate::polygonize) fn sharp_points(
     let sites: Vec<Site> = loops
         .iter()
         .map(|own| {
-            let positions = roots[own.roots.clone()].iter().map(|[position, _]| position);
+            let positions = roots[own.roots.clone()]
+                .iter()
+                .map(|[position, _]| position);
             Site {
                 low: own.cell[0],
                 high: own.cell[1],

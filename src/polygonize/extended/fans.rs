@@ -75,7 +75,8 @@ impl Fans {
             let [low, high] = loops[place].cell;
             let slack = REACH * (high - low);
             let [least, most] = corners_of_box(grid);
-            point.cmpge((low - slack).max(least)).all() && point.cmple((high + slack).min(most)).all()
+            point.cmpge((low - slack).max(least)).all()
+                && point.cmple((high + slack).min(most)).all()
         };
         let mut field = job.field;
         let (points, evaluations) =
@@ -87,6 +88,7 @@ impl Fans {
         };
         for ((patch, point), own) in patches.into_iter().zip(points).zip(&loops) {
             if let Some(point) = point
+                && point.residual <= job.accuracy.distance
                 && let Some(turned) = turned_sides(mesh, &patch, (&point, own.cell))
             {
                 found.max_residual = found.max_residual.max(point.residual);
@@ -123,15 +125,23 @@ fn patches_of(triangles: &[[u32; 3]], numbers: Range<usize>) -> Vec<Patch> {
             let corners = triangles[own[next]];
             next += 1;
             rest.retain(|&other| {
-                let touches = triangles[other].iter().any(|corner| corners.contains(corner));
+                let touches = triangles[other]
+                    .iter()
+                    .any(|corner| corners.contains(corner));
                 if touches {
                     own.push(other);
                 }
                 !touches
             });
         }
-        let all: Vec<[u32; 2]> = own.iter().flat_map(|&number| sides(triangles[number])).collect();
-        let outer = all.iter().copied().filter(|&[from, to]| !all.contains(&[to, from]));
+        let all: Vec<[u32; 2]> = own
+            .iter()
+            .flat_map(|&number| sides(triangles[number]))
+            .collect();
+        let outer = all
+            .iter()
+            .copied()
+            .filter(|&[from, to]| !all.contains(&[to, from]));
         if let Some(sides) = single_loop(outer.collect()) {
             own.sort_unstable();
             patches.push(Patch {
@@ -203,9 +213,9 @@ fn turned_sides(
 /// The lowest and the highest corner of the box.
 fn corners_of_box(grid: &Grid) -> [DVec3; 2] {
     let corner = |pick: fn(&[f64]) -> Option<&f64>| {
-        DVec3::from_array([0, 1, 2].map(|axis| {
-            pick(&grid.coordinates[axis]).copied().unwrap_or_default()
-        }))
+        DVec3::from_array(
+            [0, 1, 2].map(|axis| pick(&grid.coordinates[axis]).copied().unwrap_or_default()),
+        )
     };
     [corner(<[f64]>::first), corner(<[f64]>::last)]
 }

@@ -8,14 +8,18 @@
 //! (`weave`, `flips`). Loops without a new vertex keep the triangles of the case: a smooth surface has the
 //! mesh of marching cubes.
 //!
-//! It differs from the paper in two points. What the paper decides by the angles between the
+//! It differs from the paper in three points. What the paper decides by the angles between the
 //! normals, whether a patch has an edge (θ) or a corner (φ), is decided near the new vertex,
 //! where the normals on each side agree however curved it is; and there the vertex is improved, so
-//! that it is on the edge also where the sides are curved. A fan with a triangle that turns its back
-//! to the surface is not made.
+//! that it is on the edge also where the sides are curved. A fan is made only if no triangle of it
+//! turns its back to the surface, or flips put that right. Flips also join new vertices across patches
+//! that have none, if that brings the mesh nearer to the surface.
 //!
-//! A sharp edge is cut off where it passes through a cell in which the roots do not tell of it. (Dual
-//! contouring asks the cells around.)
+//! Compared with dual contouring: smooth parts keep the thin triangles of marching cubes, there are more
+//! triangles, and vertices are found from the roots of one cell alone. Where sharp edges are closer
+//! together than about two cells or strongly curved, some are cut off and facets may be turned; where
+//! they pass through grid points, triangles without area may be left. Without a cap, a sharp edge that
+//! leaves the box is cut off in its last cell.
 
 mod fans;
 mod flips;
@@ -58,7 +62,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
         statistics.max_residual = statistics.max_residual.max(piece.max_residual);
     }
     let fans: Vec<Fan> = pieces.into_iter().flat_map(|piece| piece.fans).collect();
-    weave(&mut mesh, grid, fans)?;
+    statistics.evaluations += weave((job, grid, &mut mesh), &fans)?;
     mesh.collapse_degenerate_edges();
     Ok((Shape::Mesh(mesh), seen, statistics))
 }

@@ -9,13 +9,17 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::fans::Fan;
 use super::flips;
 use crate::geometry::Mesh;
-use crate::polygonize::PolygonizeError;
 use crate::polygonize::grid::Grid;
+use crate::polygonize::{Job, PolygonizeError};
 
-/// Replaces patches by fans, and flips edges until sharp edges are edges of the mesh.
-pub(super) fn weave(mesh: &mut Mesh, grid: &Grid, fans: Vec<Fan>) -> Result<(), PolygonizeError> {
+/// Replaces patches by fans, and flips edges until sharp edges are edges of the mesh. Returns the
+/// number of evaluations.
+pub(super) fn weave(
+    (job, grid, mesh): (&Job, &Grid, &mut Mesh),
+    fans: &[Fan],
+) -> Result<usize, PolygonizeError> {
     if fans.is_empty() {
-        return Ok(());
+        return Ok(0);
     }
     let first = mesh.positions.len();
     let vertices = first + fans.len();
@@ -24,7 +28,7 @@ pub(super) fn weave(mesh: &mut Mesh, grid: &Grid, fans: Vec<Fan>) -> Result<(), 
     }
     mesh.positions.extend(fans.iter().map(|fan| fan.position));
     mesh.normals.extend(fans.iter().map(|fan| fan.normal));
-    let mut weaver = Weaver::new(mesh, &fans);
+    let mut weaver = Weaver::new(mesh, fans);
     let numbered = || fans.iter().zip(first as u32..);
     for (fan, centre) in numbered().filter(|(fan, _)| fan.turned.is_empty()) {
         weaver.add(fan, centre);
@@ -37,9 +41,9 @@ pub(super) fn weave(mesh: &mut Mesh, grid: &Grid, fans: Vec<Fan>) -> Result<(), 
     } = weaver;
     let kept = triangles.into_iter().zip(gone).filter(|(_, gone)| !gone);
     let mut triangles: Vec<[u32; 3]> = kept.map(|(corners, _)| corners).collect();
-    flips::flip((mesh, grid), first as u32, &mut triangles);
+    let evaluations = flips::flip((job, grid, mesh), first as u32, &mut triangles);
     mesh.triangles = triangles;
-    Ok(())
+    Ok(evaluations)
 }
 
 /// A mesh that is being changed.
@@ -110,14 +114,21 @@ impl<'a> Weaver<'a> {
         let first = self.triangles.len();
         let flips = fan.turned.iter().map(|&place| {
             let below = self.below(fan.sides[place])?;
-            let flip = self.flip(fan.sides[place], [first + place, below.0], [centre, below.1])?;
+            let flip = self.flip(
+                fan.sides[place],
+                [first + place, below.0],
+                [centre, below.1],
+            )?;
             let is_new = fan.sides.iter().all(|&[corner, _]| corner != below.1);
             is_new.then_some(flip)
         });
         let Some(flips) = flips.collect::<Option<Vec<Flip>>>() else {
             return;
         };
-        let mut others: Vec<[usize; 2]> = flips.iter().map(|flip| [flip.numbers[1], flip.joins[1] as usize]).collect();
+        let mut others: Vec<[usize; 2]> = flips
+            .iter()
+            .map(|flip| [flip.numbers[1], flip.joins[1] as usize])
+            .collect();
         others.sort_unstable();
         // Neither a triangle nor a corner twice.
         let mut corners: Vec<usize> = others.iter().map(|other| other[1]).collect();
@@ -137,7 +148,9 @@ impl<'a> Weaver<'a> {
     fn below(&self, [from, to]: [u32; 2]) -> Option<(usize, u32)> {
         let number = *self.at_side.get(&[to, from])?;
         let corners = self.triangles[number];
-        let across = corners.into_iter().find(|corner| ![from, to].contains(corner))?;
+        let across = corners
+            .into_iter()
+            .find(|corner| ![from, to].contains(corner))?;
         (!self.gone[number] && !self.flipped[number]).then_some((number, across))
     }
 
