@@ -21,6 +21,7 @@ mod merge;
 mod place;
 mod quadric;
 mod scattered;
+mod sharp_points;
 mod sharpen;
 
 use rayon::prelude::*;
@@ -30,6 +31,7 @@ use self::block::{Block, Plan, Workshop};
 use self::facets::{Blocks, triangulate};
 use self::lattice::Lattice;
 use self::scattered::Scattered;
+pub(super) use self::sharp_points::{Loop, SharpPoint, are_smooth, sharp_points};
 use self::sharpen::{Known, sharpen};
 use super::columns::Evaluate;
 use super::grid::Seen;
