@@ -8,6 +8,7 @@ mod cubes_snapping;
 mod cubes_topology;
 mod dual;
 mod expression;
+mod extended;
 mod newton;
 mod octree;
 mod plane;

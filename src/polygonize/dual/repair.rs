@@ -8,7 +8,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::facets::shape;
-use crate::engine::Field;
+use super::scattered::Scattered;
 use crate::geometry::Mesh;
 use crate::polygonize::Job;
 use crate::polygonize::columns::Columns;
@@ -41,9 +41,10 @@ pub(super) struct Repaired {
 }
 
 /// Flips edges at facets that are turned or have no area; counts those that stay.
-pub(super) fn repair(job: &Job, mesh: &mut Mesh) -> Repaired {
+pub(super) fn repair((job, field): (&Job, &mut Scattered), mesh: &mut Mesh) -> Repaired {
     let mut known = Known {
-        job,
+        iso: job.accuracy.iso,
+        field,
         columns: Columns::default(),
         evaluations: 0,
     };
@@ -113,18 +114,18 @@ struct Flip {
 }
 
 /// The field, and how often it was asked.
-struct Known<'a> {
-    job: &'a Job<'a>,
+struct Known<'a, 'f> {
+    field: &'a mut Scattered<'f>,
+    iso: f64,
     columns: Columns,
     evaluations: usize,
 }
 
-impl Known<'_> {
+impl Known<'_, '_> {
     fn evaluate(&mut self, points: &[DVec3]) {
         self.evaluations += points.len();
-        let mut field: &dyn Field = self.job.field;
         self.columns.set_points(points.iter().copied());
-        self.columns.evaluate(&mut field, self.job.accuracy.iso);
+        self.columns.evaluate(self.field, self.iso);
     }
 
     /// Which of these triangles are turned against F_x at their centres or have no area. Where F_x
