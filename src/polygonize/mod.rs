@@ -14,6 +14,7 @@ mod bracketing;
 mod columns;
 mod continuation;
 mod cubes;
+mod delaunay;
 mod dual;
 mod edge_roots;
 mod enclosure;
@@ -127,6 +128,7 @@ pub fn polygonize(
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::follow(&job)?,
         Method::Dual => dual::march(&job)?,
+        Method::Delaunay => delaunay::triangulate(&job)?,
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {

@@ -63,6 +63,15 @@ pub struct Statistics {
     pub undecided: usize,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
+    /// "delaunay": samples that are no vertices, because they are not on the level set or not in the box,
+    /// are in the same place as another or hidden by others.
+    pub left_out: usize,
+    /// "delaunay": vertices that had to be added to the samples to make a manifold.
+    pub inserted: usize,
+    /// "delaunay": vertices that are in the place of another, because the surface touches itself there.
+    pub doubled: usize,
+    /// "delaunay": triangles at more than 60° with the level set.
+    pub athwart: usize,
 }
 
 impl Statistics {
@@ -95,6 +104,10 @@ impl Statistics {
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),
+            left_out: self.left_out + other.left_out,
+            inserted: self.inserted + other.inserted,
+            doubled: self.doubled + other.doubled,
+            athwart: self.athwart + other.athwart,
         }
     }
 }

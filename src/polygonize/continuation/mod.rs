@@ -6,6 +6,8 @@ mod space;
 
 use super::{Found, Job, PolygonizeError};
 
+pub(super) use self::plane::Shifted;
+
 /// The level set by continuation: curves in R2, a mesh in R3.
 pub(super) fn follow(job: &Job) -> Result<Found, PolygonizeError> {
     match job.options.bounds.dimension {

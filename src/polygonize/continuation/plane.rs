@@ -373,9 +373,9 @@ fn ray<'a>(mut points: impl Iterator<Item = &'a DVec3>) -> Option<f64> {
 }
 
 /// A field less a number, where nothing is compiled.
-struct Shifted<'a> {
-    field: &'a dyn Field,
-    iso: f64,
+pub(in crate::polygonize) struct Shifted<'a> {
+    pub(in crate::polygonize) field: &'a dyn Field,
+    pub(in crate::polygonize) iso: f64,
 }
 
 impl Shifted<'_> {
