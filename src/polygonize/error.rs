@@ -72,6 +72,15 @@ pub enum PolygonizeError {
         /// The dimension of the field.
         dimension: usize,
     },
+    /// The method makes nothing of a curve in space.
+    #[error("\"{}\" is not for curves in space; use \"continuation\" or \"tetrahedra\"", method.name())]
+    NotForCurves {
+        /// The method.
+        method: Method,
+    },
+    /// Two fields have no curve in common.
+    #[error("no curve was found in the box on which both fields vanish")]
+    NoCurve,
     /// The samples that "delaunay" should join are not on the level set.
     #[error("none of the {samples} samples is on the level set and in the box")]
     NoSamples {

@@ -137,11 +137,6 @@ impl Delaunay {
         }
     }
 
-    /// The number of points that were given, those that were there before among them.
-    pub(crate) fn points(&self) -> usize {
-        self.vertices.len() - GUARDS as usize
-    }
-
     /// A point.
     pub(crate) fn point(&self, number: u32) -> DVec3 {
         self.vertices[(number + GUARDS) as usize]
