@@ -12,7 +12,6 @@ mod expression;
 mod newton;
 mod octree;
 mod plane;
-
 mod space_curves;
 mod squares;
 mod support;
