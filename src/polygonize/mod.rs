@@ -19,6 +19,7 @@ mod dual;
 mod edge_roots;
 mod enclosure;
 mod error;
+mod extended;
 mod grid;
 mod newton;
 mod octree;
@@ -125,6 +126,7 @@ pub fn polygonize(
         Method::Squares => squares::march(&job)?,
         Method::Quadtree => quadtree::find(&job)?,
         Method::Cubes => cubes::march(&job)?,
+        Method::Extended => extended::march(&job)?,
         Method::Tetrahedra => tetrahedra::march(&job)?,
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::follow(&job)?,

@@ -19,6 +19,8 @@ pub enum Method {
     Quadtree,
     /// R3: marching cubes.
     Cubes,
+    /// R3: marching cubes with vertices on sharp edges.
+    Extended,
     /// R3: marching tetrahedra, in cells that are divided as [`Options::split`] says.
     Tetrahedra,
     /// R3: marching tetrahedra in an octree that is fine where the level set is curved.
@@ -40,6 +42,7 @@ impl Method {
         (Method::Squares, "squares", &[2]),
         (Method::Quadtree, "quadtree", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Extended, "extended", &[3]),
         (Method::Tetrahedra, "tetrahedra", &[3]),
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[2, 3]),

@@ -9,6 +9,7 @@ mod cubes_topology;
 mod delaunay;
 mod dual;
 mod expression;
+mod extended;
 mod newton;
 mod octree;
 mod plane;

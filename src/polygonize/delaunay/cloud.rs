@@ -175,7 +175,7 @@ fn put_on_level_set(job: &Job, points: &[DVec3], distances: &[f64]) -> (Vec<Root
                     ends: [point; 2],
                 }
             });
-            newton(field, accuracy, &starts.collect::<Vec<_>>())
+            newton(&mut { field }, accuracy, &starts.collect::<Vec<_>>())
         })
         .collect();
     let evaluations = parts.iter().map(|part| part.1).sum();
