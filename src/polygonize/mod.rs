@@ -28,6 +28,7 @@ mod quadtree;
 mod roots;
 mod signs;
 mod simplices;
+mod springs;
 mod squares;
 mod statistics;
 mod tetrahedra;
@@ -43,6 +44,7 @@ pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
 pub use roots::{IsolatedRoot, Reason, Roots, Undecided};
+pub use springs::{Conditions, Subordination};
 pub use statistics::{Leaves, Statistics};
 
 /// A level set as polygons.
@@ -127,6 +129,7 @@ pub fn polygonize(
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::follow(&job)?,
         Method::Dual => dual::march(&job)?,
+        Method::Springs => springs::adapt(&job)?,
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {

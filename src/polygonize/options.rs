@@ -28,6 +28,8 @@ pub enum Method {
     Continuation,
     /// R3: manifold dual contouring, which keeps sharp edges.
     Dual,
+    /// R2 and R3: a triangulation that springs fit to the level set (Velho, Gomes, Terzopoulos).
+    Springs,
 }
 
 impl Method {
@@ -42,6 +44,7 @@ impl Method {
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[2, 3]),
         (Method::Dual, "dual", &[3]),
+        (Method::Springs, "springs", &[2, 3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.

@@ -1,6 +1,7 @@
 //! What the work amounted to, whatever the method.
 
 use super::edge_roots::{Kind, Root};
+use super::springs::Subordination;
 
 /// The leaves of an octree, by level: level 0 are the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -63,6 +64,8 @@ pub struct Statistics {
     pub undecided: usize,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
+    /// How the adapted triangulation came out; none for other methods.
+    pub subordination: Option<Subordination>,
 }
 
 impl Statistics {
@@ -95,6 +98,7 @@ impl Statistics {
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),
+            subordination: self.subordination.or(other.subordination),
         }
     }
 }
