@@ -35,62 +35,13 @@ use crate::geometry::Mesh;
 /// watertight unless the box cuts it and there is no cap.
 pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     let grid = &uniform_grid(job.options)?;
-    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
-    let signs = &Signs::of_grid(field, accuracy.iso, grid, monitor);
-    let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
-        let sweep = Sweep::new(field, accuracy.iso, grid, monitor).with_signs(signs.as_ref());
-        Slab::new(grid, job.options.snap).march(sweep, job, cells)
-    })?;
-    let (mesh, seen, statistics) = join(job, grid, pieces)?;
-    let cells = grid.cells();
-    let statistics = Statistics {
-        cells,
-        ..statistics
-    };
-    Ok((Shape::Mesh(mesh), seen, statistics))
-}
-
-/// What a slab yields. Triangles name vertices by their number within the slab; numbers from
-/// the count of its own vertices on are those of the slab above.
-struct Piece {
-    positions: Vec<DVec3>,
-    normals: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    /// For every vertex the grid point that it may be merged into; empty if none is to be.
-    near: Vec<Option<DVec3>>,
-    seen: Seen,
-    statistics: Statistics,
-}
-
-/// The pieces as one mesh.
-fn join(
-    job: &Job,
-    grid: &Grid,
-    pieces: Vec<Piece>,
-) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
-    let vertices: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
-    let triangles = pieces.iter().map(|piece| piece.triangles.len()).sum();
-    if u32::try_from(vertices).is_err() {
-        return Err(PolygonizeError::TooManyVertices { vertices });
-    }
-    let mut seen = Seen::default();
-    let mut statistics = Statistics::default();
-    let mut near = Vec::new();
-    let mut mesh = Mesh {
-        positions: Vec::with_capacity(vertices),
-        normals: Vec::with_capacity(vertices),
-        triangles: Vec::with_capacity(triangles),
-    };
-    for piece in pieces {
-        let below = mesh.positions.len() as u32;
-        let numbered = |triangle: &[u32; 3]| triangle.map(|vertex| vertex + below);
-        mesh.triangles.extend(piece.triangles.iter().map(numbered));
-        mesh.positions.extend(piece.positions);
-        mesh.normals.extend(piece.normals);
-        near.extend(piece.near);
-        seen = seen.and(piece.seen);
-        statistics = statistics.and(piece.statistics);
-    }
+    let Rough {
+        mut mesh,
+        near,
+        seen,
+        mut statistics,
+        ..
+    } = rough(job, grid, false)?;
     if job.options.snap {
         let [low, high] = grid.cell([grid.ghosts; 3]);
         let reach = 0.5 * (high - low);
@@ -101,7 +52,93 @@ fn join(
     // Where the surface runs through a grid point, the roots on all edges there are that point,
     // and so are the cap's vertices at the edges of the box.
     mesh.collapse_degenerate_edges();
-    Ok((mesh, seen, statistics))
+    Ok((Shape::Mesh(mesh), seen, statistics))
+}
+
+/// The cells' triangles as they come from the cases.
+pub(super) struct Rough {
+    /// With edges of length zero where the surface runs through grid points.
+    pub(super) mesh: Mesh,
+    /// The cells with triangles, in the order of these, if they are wanted.
+    pub(super) cells: Vec<CellTriangles>,
+    /// For every vertex the grid point that it may be merged into; empty if none is to be.
+    near: Vec<Option<DVec3>>,
+    pub(super) seen: Seen,
+    pub(super) statistics: Statistics,
+}
+
+/// Which triangles are a cell's: those up to the next cell's first.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CellTriangles {
+    /// The number of the first one.
+    pub(super) first: usize,
+    /// The cell's lowest grid point.
+    pub(super) start: [u32; 3],
+}
+
+/// Marches through a grid; `with_cells` to be told whose the triangles are.
+pub(super) fn rough(job: &Job, grid: &Grid, with_cells: bool) -> Result<Rough, PolygonizeError> {
+    let (field, accuracy, monitor) = (job.field, job.accuracy, job.monitor);
+    let signs = &Signs::of_grid(field, accuracy.iso, grid, monitor);
+    let pieces = for_each_slab(grid, "marching cubes", monitor, |cells| {
+        let sweep = Sweep::new(field, accuracy.iso, grid, monitor).with_signs(signs.as_ref());
+        Slab::new(grid, job.options.snap, with_cells).march(sweep, job, cells)
+    })?;
+    let mut rough = join(pieces)?;
+    rough.statistics.cells = grid.cells();
+    Ok(rough)
+}
+
+/// What a slab yields. Triangles name vertices by their number within the slab; numbers from
+/// the count of its own vertices on are those of the slab above.
+struct Piece {
+    positions: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    cells: Vec<CellTriangles>,
+    /// See [`Rough::near`].
+    near: Vec<Option<DVec3>>,
+    seen: Seen,
+    statistics: Statistics,
+}
+
+/// The pieces as one mesh.
+fn join(pieces: Vec<Piece>) -> Result<Rough, PolygonizeError> {
+    let vertices: usize = pieces.iter().map(|piece| piece.positions.len()).sum();
+    let triangles = pieces.iter().map(|piece| piece.triangles.len()).sum();
+    if u32::try_from(vertices).is_err() {
+        return Err(PolygonizeError::TooManyVertices { vertices });
+    }
+    let mut seen = Seen::default();
+    let mut statistics = Statistics::default();
+    let (mut near, mut cells) = (Vec::new(), Vec::new());
+    let mut mesh = Mesh {
+        positions: Vec::with_capacity(vertices),
+        normals: Vec::with_capacity(vertices),
+        triangles: Vec::with_capacity(triangles),
+    };
+    for piece in pieces {
+        let below = mesh.positions.len() as u32;
+        let before = mesh.triangles.len();
+        cells.extend(piece.cells.iter().map(|cell| CellTriangles {
+            first: before + cell.first,
+            ..*cell
+        }));
+        let numbered = |triangle: &[u32; 3]| triangle.map(|vertex| vertex + below);
+        mesh.triangles.extend(piece.triangles.iter().map(numbered));
+        mesh.positions.extend(piece.positions);
+        mesh.normals.extend(piece.normals);
+        near.extend(piece.near);
+        seen = seen.and(piece.seen);
+        statistics = statistics.and(piece.statistics);
+    }
+    Ok(Rough {
+        mesh,
+        cells,
+        near,
+        seen,
+        statistics,
+    })
 }
 
 /// A layer of grid points with the vertices on the edges in it.
@@ -117,6 +154,8 @@ struct Slab<'a> {
     grid: &'a Grid,
     /// Whether roots are merged at grid points.
     snap: bool,
+    /// Whether `cells` is wanted.
+    with_cells: bool,
     /// Points along x and y.
     points: [usize; 2],
     /// The crossed edges: vertex after vertex.
@@ -126,19 +165,22 @@ struct Slab<'a> {
     /// The vertices inside cells, and where F = iso is sought for them.
     centres: Vec<(usize, Start)>,
     triangles: Vec<[u32; 3]>,
+    cells: Vec<CellTriangles>,
     cut_by_box: bool,
 }
 
 impl<'a> Slab<'a> {
-    fn new(grid: &'a Grid, snap: bool) -> Self {
+    fn new(grid: &'a Grid, snap: bool, with_cells: bool) -> Self {
         Slab {
             grid,
             snap,
+            with_cells,
             points: [grid.points(0), grid.points(1)],
             edges: Vec::new(),
             caps: Vec::new(),
             centres: Vec::new(),
             triangles: Vec::new(),
+            cells: Vec::new(),
             cut_by_box: false,
         }
     }
@@ -171,6 +213,9 @@ impl<'a> Slab<'a> {
             if index + 1 < cells.end || highest {
                 own_vertices = self.edges.len();
                 seen = seen.and(above);
+            }
+            if self.with_cells {
+                self.note_cells(index, &cases, &variants);
             }
             self.triangulate([&lower, &upper], &between, &cases, &variants);
             std::mem::swap(&mut lower, &mut upper);
@@ -205,6 +250,7 @@ impl<'a> Slab<'a> {
             positions: roots.iter().map(|root| root.position).collect(),
             normals: roots.iter().map(|root| root.normal).collect(),
             triangles: self.triangles,
+            cells: self.cells,
             seen,
             statistics: Statistics {
                 evaluations: evaluations + more,
@@ -320,6 +366,23 @@ impl<'a> Slab<'a> {
             }
         });
         variants
+    }
+
+    /// Notes the cells between two layers, of which `k` is the lower, to which triangles are about
+    /// to be added.
+    fn note_cells(&mut self, k: usize, cases: &[u8], variants: &[Variant]) {
+        let along_x = self.points[0] - 1;
+        let table = &*TABLE;
+        let mut variants = variants.iter();
+        let mut first = self.triangles.len();
+        for_each_mixed(cases, |number, case| {
+            let start = [number % along_x, number / along_x, k].map(|index| index as u32);
+            self.cells.push(CellTriangles { first, start });
+            first += match table.is_ambiguous(case) {
+                false => table.triangles(case).len(),
+                true => variants.next().map_or(0, |own| own.triangles.len()),
+            };
+        });
     }
 
     /// Adds the triangles of the cells between two layers.

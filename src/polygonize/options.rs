@@ -19,6 +19,8 @@ pub enum Method {
     Quadtree,
     /// R3: marching cubes.
     Cubes,
+    /// R3: marching cubes with vertices on sharp edges.
+    Extended,
     /// R3: marching tetrahedra, in cells that are divided as [`Options::split`] says.
     Tetrahedra,
     /// R3: marching tetrahedra in an octree that is fine where the level set is curved.
@@ -30,6 +32,8 @@ pub enum Method {
     Dual,
     /// R2 and R3: a triangulation that springs fit to the level set (Velho, Gomes, Terzopoulos).
     Springs,
+    /// R3: the restricted Delaunay triangulation of samples.
+    Delaunay,
 }
 
 impl Method {
@@ -40,11 +44,13 @@ impl Method {
         (Method::Squares, "squares", &[2]),
         (Method::Quadtree, "quadtree", &[2]),
         (Method::Cubes, "cubes", &[3]),
+        (Method::Extended, "extended", &[3]),
         (Method::Tetrahedra, "tetrahedra", &[3]),
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[2, 3]),
         (Method::Dual, "dual", &[3]),
         (Method::Springs, "springs", &[2, 3]),
+        (Method::Delaunay, "delaunay", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.
@@ -179,6 +185,9 @@ pub struct Options {
     pub error: Option<f64>,
     /// Where "continuation" begins in R3; with none, wherever the box is not proven to be empty.
     pub seeds: Vec<DVec3>,
+    /// The points near the level set that "delaunay" makes vertices of; with none it makes floaters
+    /// at distances of `cell`.
+    pub samples: Vec<DVec3>,
 }
 
 impl Options {
@@ -199,6 +208,7 @@ impl Options {
             split: Split::default(),
             error: None,
             seeds: Vec::new(),
+            samples: Vec::new(),
         }
     }
 }

@@ -66,6 +66,20 @@ pub struct Statistics {
     pub proven: bool,
     /// How the adapted triangulation came out; none for other methods.
     pub subordination: Option<Subordination>,
+    /// Curves in space: crossings that were met, or places in which both surfaces are nearly tangent to
+    /// each other.
+    pub crossings: usize,
+    /// Curves in space: corners and cusps that were met.
+    pub corners: usize,
+    /// "delaunay": samples that are no vertices, because they are not on the level set or not in the box,
+    /// are in the same place as another or hidden by others.
+    pub left_out: usize,
+    /// "delaunay": vertices that had to be added to the samples to make a manifold.
+    pub inserted: usize,
+    /// "delaunay": vertices that are in the place of another, because the surface touches itself there.
+    pub doubled: usize,
+    /// "delaunay": triangles at more than 60° with the level set.
+    pub athwart: usize,
 }
 
 impl Statistics {
@@ -99,6 +113,12 @@ impl Statistics {
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),
             subordination: self.subordination.or(other.subordination),
+            crossings: self.crossings + other.crossings,
+            corners: self.corners + other.corners,
+            left_out: self.left_out + other.left_out,
+            inserted: self.inserted + other.inserted,
+            doubled: self.doubled + other.doubled,
+            athwart: self.athwart + other.athwart,
         }
     }
 }

@@ -48,14 +48,14 @@ fn turned(p: DVec3) -> DVec3 {
     DVec3::new(a.x, c * a.y - s * a.z, s * a.y + c * a.z)
 }
 
-fn turned_back(b: DVec3) -> DVec3 {
+pub(crate) fn turned_back(b: DVec3) -> DVec3 {
     let (s, c) = 0.5f64.sin_cos();
     let a = DVec3::new(b.x, c * b.y + s * b.z, -s * b.y + c * b.z);
     DVec3::new(c * a.x + s * a.y, -s * a.x + c * a.y, a.z)
 }
 
 /// A cube of half side 0.8 with a hole of radius 0.4, turned off the axes.
-fn drilled_cube() -> impl Field {
+pub(crate) fn drilled_cube() -> impl Field {
     space(|p| {
         let b = turned(p);
         let side = b.abs().max_element();
@@ -73,7 +73,7 @@ fn drilled_cube() -> impl Field {
 }
 
 /// The distance from a point to a triangle.
-fn distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+pub(crate) fn distance(point: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let segment = |a: DVec3, b: DVec3| {
         let along = ((point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
         point.distance(a + along * (b - a))

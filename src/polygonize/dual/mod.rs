@@ -20,6 +20,8 @@ mod loops;
 mod merge;
 mod place;
 mod quadric;
+mod scattered;
+mod sharp_points;
 mod sharpen;
 
 use rayon::prelude::*;
@@ -28,6 +30,8 @@ use self::around::Around;
 use self::block::{Block, Plan, Workshop};
 use self::facets::{Blocks, triangulate};
 use self::lattice::Lattice;
+use self::scattered::Scattered;
+pub(super) use self::sharp_points::{Loop, SharpPoint, are_smooth, sharp_points};
 use self::sharpen::{Known, sharpen};
 use super::columns::Evaluate;
 use super::grid::Seen;
@@ -91,11 +95,12 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
         facets: &facets,
         around: &around,
     };
-    evaluations += sharpen(job, plan, &known, &mut vertices);
+    let mut field = Scattered::new(job.field, plan.lattice);
+    evaluations += sharpen(&mut field, plan, &known, &mut vertices);
     drop(blocks);
-    evaluations += improve::relax(job, &facets, &around, &mut vertices);
+    evaluations += improve::relax((job, &mut field), &facets, &around, &mut vertices);
     let mut triangles = triangulate(&facets, &vertices);
-    evaluations += flips::flip(job, &mut triangles, &vertices);
+    evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
     merge::merge(&triangles, &mut vertices);
     let residual = |vertex: &place::Vertex| vertex.residual;
     let statistics = Statistics {

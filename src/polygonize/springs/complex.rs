@@ -219,7 +219,11 @@ impl<'a> Builder<'a> {
 
     /// Adds the simplices in a layer of cells.
     fn add_layer(&mut self, layer: usize) -> Result<(), PolygonizeError> {
-        let rows = if self.dimension == 3 { self.counts[1] } else { 1 };
+        let rows = if self.dimension == 3 {
+            self.counts[1]
+        } else {
+            1
+        };
         for row in 0..rows {
             for column in 0..self.counts[0] {
                 self.add_cell([column, row, layer]);
@@ -303,7 +307,8 @@ impl<'a> Builder<'a> {
         }
         let (mut point, mut freedom) = (DVec3::ZERO, DVec3::ZERO);
         for axis in 0..self.dimension {
-            let step = cell[if axis + 1 == self.dimension { 2 } else { axis }] + (corner >> axis & 1);
+            let step =
+                cell[if axis + 1 == self.dimension { 2 } else { axis }] + (corner >> axis & 1);
             point[axis] = self.coordinates[axis][step];
             freedom[axis] = f64::from(u8::from(step != 0 && step != self.counts[axis]));
         }

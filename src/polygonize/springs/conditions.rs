@@ -62,7 +62,10 @@ pub(super) fn measure(job: &Job, complex: &Complex) -> Conditions {
         .iter()
         .map(|simplex| {
             let corners = &simplex[..complex.corners()];
-            let sum: DVec3 = corners.iter().map(|&node| complex.nodes[node as usize]).sum();
+            let sum: DVec3 = corners
+                .iter()
+                .map(|&node| complex.nodes[node as usize])
+                .sum();
             sum / corners.len() as f64
         })
         .collect();
@@ -93,7 +96,9 @@ fn is_parallel(complex: &Complex, simplex: &[u32; 4], normal: DVec3) -> bool {
         }),
         _ => FACES.iter().any(|&[a, b, c]| {
             let across = (at(b) - at(a)).cross(at(c) - at(a)).normalize_or_zero();
-            normal != DVec3::ZERO && across.cross(normal).length() <= EPSILON && across != DVec3::ZERO
+            normal != DVec3::ZERO
+                && across.cross(normal).length() <= EPSILON
+                && across != DVec3::ZERO
         }),
     }
 }

@@ -47,7 +47,12 @@ pub(super) fn cut(job: &Job, complex: &Complex) -> Result<(Shape, Statistics), P
     }
     let mut triangles = Vec::with_capacity(2 * complex.simplices.len());
     for (simplex, sides) in complex.simplices.iter().zip(&complex.sides) {
-        add_triangles(complex, (simplex, sides), (&vertices, &positions), &mut triangles);
+        add_triangles(
+            complex,
+            (simplex, sides),
+            (&vertices, &positions),
+            &mut triangles,
+        );
     }
     let mut mesh = Mesh {
         positions,
@@ -98,9 +103,8 @@ fn cut_by_box(complex: &Complex) -> bool {
         let [one, other] = [first, second].map(|node| complex.freedom[node]);
         let (here, there) = (complex.nodes[first], complex.nodes[second]);
         complex.inside[first] != complex.inside[second]
-            && (0..complex.dimension).any(|axis| {
-                one[axis] == 0.0 && other[axis] == 0.0 && here[axis] == there[axis]
-            })
+            && (0..complex.dimension)
+                .any(|axis| one[axis] == 0.0 && other[axis] == 0.0 && here[axis] == there[axis])
     })
 }
 
@@ -189,8 +193,17 @@ fn better(
     });
     statistics.evaluations += evaluations;
     match found {
-        Ok(found) => {
+        Ok(mut found) => {
+            // Vertices that stopped half of the way, lest a facet turned over, are not on the surface.
+            project::project(
+                job.field,
+                job.options.iso,
+                reach,
+                &mut found.positions,
+                &mut found.normals,
+            );
             let residuals = super::motion::distances(job, &found.positions);
+            statistics.evaluations += 2 * residuals.len();
             let residuals = residuals.into_iter().map(|(distance, _)| distance.abs());
             statistics.max_residual = residuals.fold(0.0, f64::max);
             Ok(found)

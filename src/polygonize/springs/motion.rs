@@ -83,8 +83,7 @@ pub(super) fn relax(job: &Job, complex: &mut Complex) -> Result<Motion, Polygoni
         if job.monitor.cancelled() {
             return Err(PolygonizeError::Cancelled);
         }
-        job.monitor
-            .progress("springs", step as f64 / STEPS as f64);
+        job.monitor.progress("springs", step as f64 / STEPS as f64);
         let steps: Vec<DVec3> = (0..complex.nodes.len())
             .into_par_iter()
             .map(|node| euler_step(complex, node, at[node]))
@@ -112,7 +111,11 @@ pub(super) fn relax(job: &Job, complex: &mut Complex) -> Result<Motion, Polygoni
                 there[node] = at[node];
             }
             let part: &mut f64 = &mut eager[node];
-            *part = if stays { 0.5 * *part } else { (1.5 * *part).min(1.0) };
+            *part = if stays {
+                0.5 * *part
+            } else {
+                (1.5 * *part).min(1.0)
+            };
             *part = part.max(1e-3);
         }
         complex.nodes = tried;
@@ -159,7 +162,11 @@ fn hold(complex: &Complex, least: &[f64], tried: &mut [DVec3], stays: &mut [bool
 /// ε-neighbourhood. Outside of the neighbourhood it attracts, within it repels.
 fn stretch(complex: &Complex, node: usize, distance: f64) -> f64 {
     let epsilon = EPSILON * complex.spacing;
-    let side = if complex.inside[node] { -epsilon } else { epsilon };
+    let side = if complex.inside[node] {
+        -epsilon
+    } else {
+        epsilon
+    };
     (side - distance).clamp(-complex.spacing, complex.spacing)
 }
 
