@@ -48,30 +48,38 @@ impl Mesh {
         remeshing: Remeshing,
         project: &mut Project<'_>,
     ) -> Result<Mesh, RefineError> {
-        self.require_manifold()?;
         // Equilateral triangles have the area √3/4 of the square of a side.
         let triangles = self.area() / (0.43 * remeshing.length * remeshing.length);
         if triangles > MOST {
             return Err(RefineError::TooManyTriangles);
         }
-        let mut work = Work {
-            surgery: Surgery::new(self.triangles.clone(), self.positions.len()),
-            positions: self.positions.clone(),
-            normals: vec![DVec3::ZERO; self.positions.len()],
-            kinds: Vec::new(),
-            length: remeshing.length,
-        };
+        let mut work = Work::new(self, remeshing.length)?;
         for _ in 0..remeshing.iterations {
             work.split_long_edges();
             work.collapse_short_edges();
             work.flip_edges();
             work.relax(project)?;
         }
-        // A vertex that is in the way of others may be so no longer once they have moved.
-        for _ in 0..SETTLING {
-            work.settle(project)?;
+        work.settled(project)
+    }
+
+    /// The surface with the same vertices and as many triangles, which are more nearly equilateral:
+    /// of what [`Mesh::remeshed`] does, only edges are flipped and vertices move.
+    ///
+    /// # Errors
+    ///
+    /// As there.
+    pub fn relaxed(
+        &self,
+        iterations: usize,
+        project: &mut Project<'_>,
+    ) -> Result<Mesh, RefineError> {
+        let mut work = Work::new(self, self.mean_edge_length())?;
+        for _ in 0..iterations {
+            work.flip_edges();
+            work.relax(project)?;
         }
-        Ok(work.finish())
+        work.settled(project)
     }
 }
 
@@ -108,6 +116,26 @@ struct Work {
 }
 
 impl Work {
+    fn new(mesh: &Mesh, length: f64) -> Result<Self, RefineError> {
+        mesh.require_manifold()?;
+        Ok(Work {
+            surgery: Surgery::new(mesh.triangles.clone(), mesh.positions.len()),
+            positions: mesh.positions.clone(),
+            normals: vec![DVec3::ZERO; mesh.positions.len()],
+            kinds: Vec::new(),
+            length,
+        })
+    }
+
+    /// The mesh with its vertices on the surface: one that is in the way of others may be so no
+    /// longer once they have moved.
+    fn settled(mut self, project: &mut Project<'_>) -> Result<Mesh, RefineError> {
+        for _ in 0..SETTLING {
+            self.settle(project)?;
+        }
+        Ok(self.finish())
+    }
+
     fn position(&self, vertex: u32) -> DVec3 {
         self.positions[vertex as usize]
     }

@@ -31,6 +31,7 @@ mod roots;
 mod signs;
 mod simplices;
 mod space_curves;
+mod springs;
 mod squares;
 mod statistics;
 mod tetrahedra;
@@ -46,6 +47,7 @@ pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
 pub use roots::{IsolatedRoot, Reason, Roots, Undecided};
+pub use springs::{Conditions, Subordination};
 pub use statistics::{Leaves, Statistics};
 
 /// A level set as polygons.
@@ -131,6 +133,7 @@ pub fn polygonize(
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::follow(&job)?,
         Method::Dual => dual::march(&job)?,
+        Method::Springs => springs::adapt(&job)?,
         Method::Delaunay => delaunay::triangulate(&job)?,
     };
     // Of poor roots alone there is no level set.

@@ -30,6 +30,8 @@ pub enum Method {
     Continuation,
     /// R3: manifold dual contouring, which keeps sharp edges.
     Dual,
+    /// R2 and R3: a triangulation that springs fit to the level set (Velho, Gomes, Terzopoulos).
+    Springs,
     /// R3: the restricted Delaunay triangulation of samples.
     Delaunay,
 }
@@ -47,6 +49,7 @@ impl Method {
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[2, 3]),
         (Method::Dual, "dual", &[3]),
+        (Method::Springs, "springs", &[2, 3]),
         (Method::Delaunay, "delaunay", &[3]),
     ];
 

@@ -37,10 +37,11 @@ const CHUNK: usize = 4096;
 const NONE: u32 = u32::MAX;
 
 /// The corners of a tetrahedron, one of them first, in orders that keep its orientation.
-const ONE_FIRST: [[usize; 4]; 4] = [[0, 1, 2, 3], [1, 0, 3, 2], [2, 0, 1, 3], [3, 0, 2, 1]];
+pub(super) const ONE_FIRST: [[usize; 4]; 4] =
+    [[0, 1, 2, 3], [1, 0, 3, 2], [2, 0, 1, 3], [3, 0, 2, 1]];
 
 /// The same with each pair of them first.
-const TWO_FIRST: [[usize; 4]; 6] = [
+pub(super) const TWO_FIRST: [[usize; 4]; 6] = [
     [0, 1, 2, 3],
     [0, 2, 3, 1],
     [0, 3, 1, 2],

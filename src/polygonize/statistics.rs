@@ -1,6 +1,7 @@
 //! What the work amounted to, whatever the method.
 
 use super::edge_roots::{Kind, Root};
+use super::springs::Subordination;
 
 /// The leaves of an octree, by level: level 0 are the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +67,8 @@ pub struct Statistics {
     pub folded_facets: usize,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
+    /// How the adapted triangulation came out; none for other methods.
+    pub subordination: Option<Subordination>,
     /// Curves in space: crossings that were met, or places in which both surfaces are nearly tangent to
     /// each other.
     pub crossings: usize,
@@ -113,6 +116,7 @@ impl Statistics {
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),
+            subordination: self.subordination.or(other.subordination),
             crossings: self.crossings + other.crossings,
             corners: self.corners + other.corners,
             left_out: self.left_out + other.left_out,

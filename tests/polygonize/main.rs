@@ -14,6 +14,7 @@ mod newton;
 mod octree;
 mod plane;
 mod space_curves;
+mod springs;
 mod squares;
 mod support;
 mod surfaces;
