@@ -20,7 +20,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("elastic", &["engine", "geometry"]),
     (
         "polygonize",
-        &["continuation", "engine", "geometry", "graph"],
+        &["continuation", "sample", "engine", "geometry", "graph"],
     ),
     ("inspect", &["engine", "geometry", "graph"]),
     ("picture", &["engine", "geometry", "graph", "math"]),

@@ -7,7 +7,7 @@
 use super::block::{Enclosures, Kernels};
 use super::kernel::Kernel;
 use super::lower::{self, copy_leaf, rebuild};
-use super::prune::{Origin, Trunk, shared_choices};
+use super::prune::{LONG, Origin, Trunk, shared_choices};
 use super::slopes::Slopes;
 use super::{Tier, tape};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
@@ -224,6 +224,12 @@ impl Program {
     /// The tier that was asked for.
     pub(super) fn chosen_tier(&self) -> Tier {
         self.tier
+    }
+
+    /// Whether the functions are much shorter in small boxes: they are long and make choices.
+    pub fn is_pruned(&self) -> bool {
+        let sequence = self.value_trunk().sequence();
+        sequence.has_choices && sequence.len() >= LONG
     }
 
     /// The first root in the program's own graph, whose parameters are places of q.

@@ -11,6 +11,7 @@ mod mesh;
 mod samples;
 
 mod collapse;
+mod delaunay;
 mod deviation;
 mod disjoint_sets;
 mod intersect;
@@ -27,6 +28,7 @@ mod topology;
 mod vector;
 
 pub use bounds::Bounds;
+pub(crate) use delaunay::{Delaunay, Facet};
 pub use deviation::{Deviation, Distances, FieldValues};
 pub(crate) use disjoint_sets::DisjointSets;
 pub(crate) use vector::length;

@@ -63,6 +63,19 @@ pub(super) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> Side {
     Plane::through([a, b, c]).side(d)
 }
 
+/// Where e lies of the sphere through a, b, c and d, of which d is on the `Greater` side of the plane
+/// through the others: `Greater` is inside.
+pub(super) fn side_of_sphere([a, b, c, d]: [DVec3; 4], e: DVec3) -> Side {
+    // The orientation that `robust` counts positive is the other one.
+    sign(-robust::insphere(
+        coordinates(a),
+        coordinates(b),
+        coordinates(c),
+        coordinates(d),
+        coordinates(e),
+    ))
+}
+
 /// The side of the line from a to b on which c lies, all seen along an axis: `Greater` is on the
 /// left.
 pub(super) fn side_of_line(axis: usize, a: DVec3, b: DVec3, c: DVec3) -> Side {
@@ -131,6 +144,18 @@ mod tests {
         let sides = [up, down].map(|point| side_of_plane(a, b, c, point));
         assert_eq!(sides[0], sides[1].reverse());
         assert_ne!(sides[0], Side::Equal);
+    }
+
+    #[test]
+    fn the_least_step_into_a_sphere_is_seen() {
+        let [x, y, z] = DVec3::AXES;
+        let corners = [DVec3::ZERO, x, y, z];
+        let on = DVec3::ONE;
+        assert_eq!(side_of_sphere(corners, on), Side::Equal);
+        let inward = DVec3::new(1.0, 1.0, 1.0f64.next_down());
+        assert_eq!(side_of_sphere(corners, inward), Side::Greater);
+        let outward = DVec3::new(1.0, 1.0, 1.0f64.next_up());
+        assert_eq!(side_of_sphere(corners, outward), Side::Less);
     }
 
     #[test]

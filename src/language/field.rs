@@ -193,8 +193,8 @@ impl FieldValue {
             );
             let mut error = failure(Code::NotAField, message);
             error.help = Some(match (self.dimension(), components.len()) {
-                (3, 2) => "this is a curve in space, which can be evaluated, differentiated and \
-                           sampled; take one of its surfaces, `f[0]` or `f[1]`"
+                (3, 2) => "this is a curve in space, which can be evaluated, differentiated, \
+                           sampled and polygonized; take one of its surfaces, `f[0]` or `f[1]`"
                     .into(),
                 _ => "take one component, as in `f[0]`, or their length, `norm(f)`".into(),
             });

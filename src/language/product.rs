@@ -352,6 +352,10 @@ const CURVES: &[Property<CurveSet>] = &[
         )
     }),
     shown("length", |set| number(set.curves.length())),
+    shown("crossings", |set| match set.curves.dimension {
+        3 => count(set.statistics.crossings),
+        _ => None,
+    }),
     shown("area", |set| set.curves.enclosed_area().and_then(number)),
     shown("bounds", |set| set.curves.bounds().map(sides)),
     shown("max_residual", |set| number(set.statistics.max_residual)),

@@ -108,6 +108,11 @@ impl Root {
         self.kind == Kind::Given
     }
 
+    /// Whether this is the end of the domain.
+    pub(super) fn is_domain_end(&self) -> bool {
+        self.kind == Kind::DomainEnd
+    }
+
     /// Whether this is no root, but a pole, a jump or the end of the domain.
     pub(super) fn is_poor(&self) -> bool {
         matches!(self.kind, Kind::Jump | Kind::DomainEnd)

@@ -6,6 +6,7 @@ use thiserror::Error;
 use super::grid::Seen;
 use super::{Method, Options};
 use crate::geometry::Bounds;
+use crate::sample::SampleError;
 
 /// Why there is no result.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -71,6 +72,30 @@ pub enum PolygonizeError {
         /// The dimension of the field.
         dimension: usize,
     },
+    /// The method makes nothing of a curve in space.
+    #[error("\"{}\" is not for curves in space; use \"continuation\" or \"tetrahedra\"", method.name())]
+    NotForCurves {
+        /// The method.
+        method: Method,
+    },
+    /// Two fields have no curve in common.
+    #[error("no curve was found in the box on which both fields vanish")]
+    NoCurve,
+    /// The samples that "delaunay" should join are not on the level set.
+    #[error("none of the {samples} samples is on the level set and in the box")]
+    NoSamples {
+        /// Samples.
+        samples: usize,
+    },
+    /// No three samples make a triangle.
+    #[error("{samples} samples make no triangle: they are too few for this surface")]
+    TooSparse {
+        /// Samples.
+        samples: usize,
+    },
+    /// No samples could be made.
+    #[error("{0}")]
+    Sampling(SampleError),
     /// The monitor asked for an end.
     #[error("cancelled")]
     Cancelled,

@@ -14,6 +14,7 @@ mod bracketing;
 mod columns;
 mod continuation;
 mod cubes;
+mod delaunay;
 mod dual;
 mod edge_roots;
 mod enclosure;
@@ -29,6 +30,7 @@ mod quadtree;
 mod roots;
 mod signs;
 mod simplices;
+mod space_curves;
 mod squares;
 mod statistics;
 mod tetrahedra;
@@ -129,6 +131,7 @@ pub fn polygonize(
         Method::Octree => octree::march(&job)?,
         Method::Continuation => continuation::follow(&job)?,
         Method::Dual => dual::march(&job)?,
+        Method::Delaunay => delaunay::triangulate(&job)?,
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {
@@ -137,6 +140,43 @@ pub fn polygonize(
     };
     if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));
+    }
+    Ok(Polygonized {
+        shape,
+        method,
+        statistics,
+    })
+}
+
+/// The curve in R3 on which two fields vanish, by "continuation" (the usual method) or "tetrahedra".
+///
+/// Curves are left open where they leave the box, and closed where they are. The level is 0.
+///
+/// # Errors
+///
+/// Bad options, fields that are not in R3, another method, too many cells, no curve in the box, or
+/// cancellation by the monitor.
+pub fn polygonize_curve(
+    fields: [&dyn Field; 2],
+    options: &Options,
+    monitor: &dyn Monitor,
+) -> Result<Polygonized, PolygonizeError> {
+    let bounds = options.bounds.dimension;
+    for field in fields.iter().map(|field| field.dimension()).chain([bounds]) {
+        if field != 3 {
+            return Err(PolygonizeError::WrongDimension { field, bounds });
+        }
+    }
+    let method = options.method.unwrap_or(Method::Continuation);
+    check_options(options)?;
+    let distance = accuracy(options).distance;
+    let (shape, _, statistics) = match method {
+        Method::Continuation => continuation::follow_in_space(fields, distance, options, monitor)?,
+        Method::Tetrahedra => space_curves::enumerate(fields, distance, options, monitor)?,
+        _ => return Err(PolygonizeError::NotForCurves { method }),
+    };
+    if statistics.good_roots == 0 {
+        return Err(PolygonizeError::NoCurve);
     }
     Ok(Polygonized {
         shape,

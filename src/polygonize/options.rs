@@ -30,6 +30,8 @@ pub enum Method {
     Continuation,
     /// R3: manifold dual contouring, which keeps sharp edges.
     Dual,
+    /// R3: the restricted Delaunay triangulation of samples.
+    Delaunay,
 }
 
 impl Method {
@@ -45,6 +47,7 @@ impl Method {
         (Method::Octree, "octree", &[3]),
         (Method::Continuation, "continuation", &[2, 3]),
         (Method::Dual, "dual", &[3]),
+        (Method::Delaunay, "delaunay", &[3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.
@@ -179,6 +182,9 @@ pub struct Options {
     pub error: Option<f64>,
     /// Where "continuation" begins in R3; with none, wherever the box is not proven to be empty.
     pub seeds: Vec<DVec3>,
+    /// The points near the level set that "delaunay" makes vertices of; with none it makes floaters
+    /// at distances of `cell`.
+    pub samples: Vec<DVec3>,
 }
 
 impl Options {
@@ -199,6 +205,7 @@ impl Options {
             split: Split::default(),
             error: None,
             seeds: Vec::new(),
+            samples: Vec::new(),
         }
     }
 }

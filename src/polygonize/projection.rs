@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::columns::Columns;
+use super::columns::{Columns, Evaluate};
 use super::edge_roots::{Accuracy, Kind, Root, first_order_distance, unit_or_zero};
 use crate::engine::{Field, Monitor};
 
@@ -46,7 +46,7 @@ pub(super) fn project(
         if monitor.cancelled() {
             break;
         }
-        let (mut found, count) = newton(field, accuracy, starts);
+        let (mut found, count) = newton(&mut { field }, accuracy, starts);
         let lost: Vec<usize> = (0..starts.len())
             .filter(|&at| found[at].is_poor())
             .collect();
@@ -71,7 +71,7 @@ pub(super) fn project(
 /// Newton's method along the gradient. A root that is not found is poor, at the start, and its
 /// residual negative if F < iso there, else not.
 pub(super) fn newton(
-    field: &dyn Field,
+    field: &mut impl Evaluate,
     accuracy: Accuracy,
     starts: &[Start],
 ) -> (Vec<Root>, usize) {
@@ -116,7 +116,7 @@ pub(super) fn newton(
 /// Bisection between pairs of points, F < iso at the first and not at the second. A root that is
 /// not found, at a jump, is the last point with F < iso.
 fn bisect(
-    field: &dyn Field,
+    mut field: &dyn Field,
     accuracy: Accuracy,
     mut searches: Vec<[DVec3; 2]>,
 ) -> (Vec<Root>, usize) {
@@ -134,7 +134,7 @@ fn bisect(
             false => inside.midpoint(outside),
         };
         let points: Vec<DVec3> = moving.iter().map(|&at| candidate(searches[at])).collect();
-        let found = evaluate(field, accuracy.iso, points.iter().copied());
+        let found = evaluate(&mut field, accuracy.iso, points.iter().copied());
         let mut found = points.into_iter().zip(found);
         moving.retain(|&at| {
             let Some((point, (value, gradient))) = found.next() else {
@@ -163,9 +163,13 @@ fn root(position: DVec3, value: f64, gradient: DVec3) -> Root {
 }
 
 /// F − iso and F_x at points in R3.
-fn evaluate(field: &dyn Field, iso: f64, points: impl Iterator<Item = DVec3>) -> Vec<(f64, DVec3)> {
+fn evaluate(
+    field: &mut impl Evaluate,
+    iso: f64,
+    points: impl Iterator<Item = DVec3>,
+) -> Vec<(f64, DVec3)> {
     let mut columns = Columns::default();
     columns.set_points(points);
-    columns.evaluate(&mut { field }, iso);
+    columns.evaluate(field, iso);
     columns.results().collect()
 }

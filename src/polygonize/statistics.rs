@@ -61,8 +61,25 @@ pub struct Statistics {
     pub domain_ends: usize,
     /// Cells in which a method that searches by enclosures could not decide whether there is more.
     pub undecided: usize,
+    /// Facets of a mesh that are turned against F_x at their centre or have no area, as far as the
+    /// method looks for them: dual contouring does.
+    pub folded_facets: usize,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
+    /// Curves in space: crossings that were met, or places in which both surfaces are nearly tangent to
+    /// each other.
+    pub crossings: usize,
+    /// Curves in space: corners and cusps that were met.
+    pub corners: usize,
+    /// "delaunay": samples that are no vertices, because they are not on the level set or not in the box,
+    /// are in the same place as another or hidden by others.
+    pub left_out: usize,
+    /// "delaunay": vertices that had to be added to the samples to make a manifold.
+    pub inserted: usize,
+    /// "delaunay": vertices that are in the place of another, because the surface touches itself there.
+    pub doubled: usize,
+    /// "delaunay": triangles at more than 60° with the level set.
+    pub athwart: usize,
 }
 
 impl Statistics {
@@ -92,9 +109,16 @@ impl Statistics {
             poor_roots: self.poor_roots + other.poor_roots,
             domain_ends: self.domain_ends + other.domain_ends,
             undecided: self.undecided + other.undecided,
+            folded_facets: self.folded_facets + other.folded_facets,
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),
+            crossings: self.crossings + other.crossings,
+            corners: self.corners + other.corners,
+            left_out: self.left_out + other.left_out,
+            inserted: self.inserted + other.inserted,
+            doubled: self.doubled + other.doubled,
+            athwart: self.athwart + other.athwart,
         }
     }
 }

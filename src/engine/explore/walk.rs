@@ -3,7 +3,7 @@
 use super::{Cell, Explorer, Specialized, Subdivision};
 use crate::engine::block::Kernels;
 use crate::engine::prune::{
-    BOXES, Batch, Nest, Passes, Region, Scalars, Sequence, Specialiser, Trunk,
+    BOXES, Batch, LONG, Nest, Passes, Region, Scalars, Sequence, Specialiser, Trunk,
 };
 use crate::engine::{CompiledField, Monitor};
 use crate::graph::interval::{Enclosure, Interval, Regularity};
@@ -45,10 +45,6 @@ impl Default for Lanes {
         }
     }
 }
-
-/// Steps of a sequence that is pruned for leaves, too: of a shorter one that would cost more than
-/// it saves.
-const LONG: usize = 32;
 
 /// What is always true.
 const UNKNOWN: Enclosure = Enclosure {

@@ -31,6 +31,10 @@ pub(super) use origin::{Origin, shared_choices};
 pub(super) use sequence::{Sequence, scalar_place};
 pub(super) use specialise::{Batch, Specialiser};
 
+/// Steps of a sequence that is pruned for leaves, too: of a shorter one that would cost more than
+/// it saves.
+pub(super) const LONG: usize = 32;
+
 /// The steps of some functions, ready to be pruned.
 pub(super) struct Trunk {
     lowered: Lowered,

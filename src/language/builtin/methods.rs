@@ -38,6 +38,7 @@ pub(super) const POLYGONIZERS: &[(&str, &[polygonize::Method])] = &[
     ),
     ("seeds", &[polygonize::Method::Continuation]),
     ("snap", &[polygonize::Method::Cubes]),
+    ("samples", &[polygonize::Method::Delaunay]),
 ];
 
 /// Refuses arguments that the method would ignore.

@@ -358,7 +358,7 @@ pub(super) fn proven_box(
 }
 
 /// A box that provably holds all points at which every one of the fields vanishes.
-fn common_box(
+pub(super) fn common_box(
     fields: &[CompiledField],
     arguments: &Arguments,
     monitor: &dyn Monitor,
@@ -382,7 +382,7 @@ fn common_box(
     common.ok_or_else(|| unbounded.unwrap_or_else(|| no_common_zero(arguments)))
 }
 
-fn no_common_zero(arguments: &Arguments) -> Box<Diagnostic> {
+pub(super) fn no_common_zero(arguments: &Arguments) -> Box<Diagnostic> {
     failure(Code::NoSurface, "the fields vanish nowhere together")
         .at(arguments.place("f"), "no zero set")
 }

@@ -2,8 +2,10 @@
 
 use std::rc::Rc;
 
+use glam::DVec3;
+
 use super::extent::found_bounds;
-use super::samples::points_of;
+use super::samples::{common_box, no_common_zero, points_of, sample_failure};
 use super::{Arguments, Builtin, action, methods, pure};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
@@ -34,8 +36,9 @@ pub(super) const TABLE: &[Builtin] = &[
             "error =",
             "seeds =",
             "snap = false",
+            "samples =",
         ],
-        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
+        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
     ),
     action(
@@ -161,28 +164,39 @@ pub(super) fn box_of(
 
 fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let method = method_argument(arguments)?;
-    let (field, bounds) = compiled_argument(session, arguments)?;
+    let (field, bounds) = located_argument(session, arguments)?;
+    let mut fields = field
+        .surfaces(&mut session.graph, session.parameters.values())
+        .at(arguments.place("f"), "this field")?;
+    if let [_, _] = fields[..] {
+        return space_curve(session, arguments, (&fields, bounds), method);
+    }
+    let Some(field) = fields.pop() else {
+        return Err(arguments.expected("a field", "f", &Value::Field(field)));
+    };
     let used = method.unwrap_or(Method::usual(field.program().dimension()));
     methods::check(arguments, used, methods::POLYGONIZERS, Method::name)?;
     let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
+    let samples = samples_argument(session, arguments)?;
+    let bounds = bounds.or_else(|| box_around(&samples));
     let bounds = box_of(&field, iso, bounds, arguments, &session.monitor())?;
     let mut options = polygonize::Options::new(bounds);
     options.method = method;
-    if let Some(resolution) = arguments.positive(session, "resolution")? {
-        options.cell = bounds.size().max_element() / resolution;
-    }
-    if let Some(cell) = arguments.positive(session, "cell")? {
-        options.cell = cell;
-    }
+    cell_arguments(session, arguments, &mut options)?;
     options.iso = iso;
     if let Some(cap) = arguments.bool(session, "cap")? {
+        if used == Method::Delaunay && cap {
+            let message = "\"delaunay\" leaves a surface open where the box cuts it";
+            return Err(arguments.bad("cap", message.to_owned()));
+        }
         options.cap = cap;
+    }
+    if used == Method::Delaunay {
+        options.cap = false;
+        options.samples = samples;
     }
     if let Some(snap) = arguments.bool(session, "snap")? {
         options.snap = snap;
-    }
-    if let Some(tolerance) = arguments.positive(session, "tolerance")? {
-        options.tolerance = tolerance;
     }
     if let Some(error) = arguments.positive(session, "error")? {
         options.error = Some(error);
@@ -204,12 +218,95 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let found = polygonize::polygonize(&field, &options, monitor)
         .map_err(|error| polygonize_failure(error, arguments))?;
     warn_about_mesh(session, arguments, &found.statistics, &options);
+    warn_about_vertices(session, arguments, &found.statistics, &options);
     warn_about_components(session, arguments, &found);
     if let Shape::Roots(roots) = &found.shape {
         warn_about_roots(session, arguments, roots);
         session.isolated = Some(roots.clone());
     }
     Ok(value_of(found))
+}
+
+/// The curve on which two fields vanish.
+fn space_curve(
+    session: &mut Session,
+    arguments: &Arguments,
+    (fields, bounds): (&[CompiledField], Option<Bounds>),
+    method: Option<Method>,
+) -> Outcome<Value> {
+    const SURFACES_ONLY: [&str; 8] = [
+        "iso",
+        "cap",
+        "ambiguity",
+        "split",
+        "error",
+        "seeds",
+        "snap",
+        "samples",
+    ];
+    for name in SURFACES_ONLY {
+        if arguments.given(name).is_some() {
+            let message = format!("`{name}` has no meaning for a curve in space");
+            return Err(arguments.bad(name, message));
+        }
+    }
+    let bounds = match bounds {
+        Some(bounds) => bounds,
+        None => common_box(fields, arguments, &session.monitor())?,
+    };
+    let mut options = polygonize::Options::new(bounds);
+    options.method = method;
+    cell_arguments(session, arguments, &mut options)?;
+    options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
+    let [first, second] = fields else {
+        return Err(no_common_zero(arguments));
+    };
+    let found = polygonize::polygonize_curve([first, second], &options, &session.monitor())
+        .map_err(|error| polygonize_failure(error, arguments))?;
+    options.cap = false;
+    warn_about_mesh(session, arguments, &found.statistics, &options);
+    if found.method == Method::Continuation && !found.statistics.proven {
+        warn_not_proven(session, arguments, &found.statistics);
+    }
+    Ok(value_of(found))
+}
+
+/// Reads `cell`, `resolution` and `tolerance`.
+fn cell_arguments(
+    session: &mut Session,
+    arguments: &Arguments,
+    options: &mut polygonize::Options,
+) -> Outcome<()> {
+    if let Some(resolution) = arguments.positive(session, "resolution")? {
+        options.cell = options.bounds.size().max_element() / resolution;
+    }
+    if let Some(cell) = arguments.positive(session, "cell")? {
+        options.cell = cell;
+    }
+    if let Some(tolerance) = arguments.positive(session, "tolerance")? {
+        options.tolerance = tolerance;
+    }
+    Ok(())
+}
+
+/// The points that "delaunay" is to join; none if they are not given.
+fn samples_argument(session: &mut Session, arguments: &Arguments) -> Outcome<Vec<DVec3>> {
+    let Some(samples) = arguments.plain(session, "samples")? else {
+        return Ok(Vec::new());
+    };
+    let points = points_of(&samples, 3).filter(|points| !points.is_empty());
+    points.ok_or_else(|| {
+        let expected = "samples of a surface, or a list of points, as in `[[0, 0, 1], [0, 0, -1]]`";
+        arguments.expected(expected, "samples", &samples)
+    })
+}
+
+/// A box around points, with some room; none where that has no extent.
+fn box_around(points: &[DVec3]) -> Option<Bounds> {
+    const ROOM: f64 = 0.1;
+    let bounds = Bounds::of_points(3, points.iter().copied())?;
+    let longest = bounds.size().max_element();
+    (longest > 0.0).then(|| bounds.expanded(ROOM * longest))
 }
 
 fn roots(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
@@ -241,10 +338,17 @@ fn roots(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 fn warn_about_components(session: &mut Session, arguments: &Arguments, found: &Polygonized) {
     let is_plane = matches!(found.shape, Shape::Curves(_));
     let searches = matches!(found.method, Method::Continuation | Method::Quadtree);
-    if !(is_plane && searches) || found.statistics.proven {
-        return;
+    if is_plane && searches && !found.statistics.proven {
+        warn_not_proven(session, arguments, &found.statistics);
     }
-    let message = match found.statistics.undecided {
+}
+
+fn warn_not_proven(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &polygonize::Statistics,
+) {
+    let message = match statistics.undecided {
         0 => "not all of the curve could be followed".to_owned(),
         cells => format!("{cells} small cells could not be decided"),
     };
@@ -393,6 +497,21 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
         PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
+        PolygonizeError::NotForCurves { .. } => arguments.bad("method", message),
+        PolygonizeError::NoCurve => {
+            failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")
+        }
+        PolygonizeError::NoSamples { .. } => {
+            let mut failure = arguments.bad("samples", message);
+            failure.help = Some("they must be samples of this field, in `bounds`".into());
+            failure
+        }
+        PolygonizeError::TooSparse { .. } => {
+            let mut failure = failure(Code::NoSurface, message).at(arguments.span, "here");
+            failure.help = Some("give more samples, or a smaller `cell`".into());
+            failure
+        }
+        PolygonizeError::Sampling(error) => sample_failure(&error, arguments),
         PolygonizeError::LostSeed { .. } => arguments.bad("seeds", message),
         PolygonizeError::Cancelled => failure(Code::Cancelled, message).at(arguments.span, "here"),
     }
@@ -423,6 +542,8 @@ fn warn_about_mesh(
     if statistics.cut_by_box && options.bounds.dimension > 1 {
         let (done, help) = if options.cap {
             ("closed", "enlarge the box if the whole of it is wanted")
+        } else if options.method == Some(Method::Delaunay) {
+            ("left open", "enlarge the box if the whole of it is wanted")
         } else {
             (
                 "left open",
@@ -448,6 +569,62 @@ fn warn_about_mesh(
             Code::PoorRoots,
             format!("{jumps} changes of sign are jumps or poles rather than zeros of the field"),
             "a pole such as 1/x changes its sign without a zero",
+        );
+    }
+    if statistics.folded_facets > 0 {
+        warn(
+            Code::FoldedFacets,
+            format!(
+                "{} facets are turned over or have no area",
+                statistics.folded_facets
+            ),
+            "where the solid is thinner than a cell, smaller cells help",
+        );
+    }
+}
+
+/// Says what became of samples that are to be vertices.
+fn warn_about_vertices(
+    session: &mut Session,
+    arguments: &Arguments,
+    statistics: &polygonize::Statistics,
+    options: &polygonize::Options,
+) {
+    let mut warn = |code, message: String, help: &str| {
+        let warning = Diagnostic::warning(code, message)
+            .label(arguments.span, "made here")
+            .help(help);
+        session.host.warn(warning);
+    };
+    if statistics.left_out > 0 && !options.samples.is_empty() {
+        warn(
+            Code::DroppedPoints,
+            format!(
+                "{} samples are no vertices of the mesh",
+                statistics.left_out
+            ),
+            "they are not on the surface, not in the box, or in the same place as others",
+        );
+    }
+    if statistics.inserted > 0 {
+        warn(
+            Code::CoarseSpacing,
+            format!(
+                "the samples are too sparse for this surface: {} vertices were added",
+                statistics.inserted
+            ),
+            "take more samples, or a smaller `cell`, for vertices that are samples alone",
+        );
+    }
+    if statistics.athwart + statistics.doubled > 0 {
+        warn(
+            Code::CoarseSpacing,
+            format!(
+                "the samples do not show all of the surface: {} triangles are at more than 60 \
+                 degrees with it, and {} vertices are double where the mesh touches itself",
+                statistics.athwart, statistics.doubled
+            ),
+            "take more samples, or a smaller `cell`",
         );
     }
 }

@@ -102,13 +102,13 @@ fn seen(field: &dyn Field, bounds: &Bounds) -> Seen {
 /// A vertex, and whether the direction of travel is that with F < iso on the left (1) or its
 /// opposite (-1); 0 at a singular point.
 #[derive(Clone, Copy)]
-struct Mark {
-    position: DVec3,
+pub(super) struct Mark {
+    pub(super) position: DVec3,
     sign: f64,
 }
 
 /// The vertices of a component, the last of a closed one being the first again.
-fn marks(system: &System, component: &Component, cell: f64) -> Vec<Mark> {
+pub(super) fn marks(system: &System, component: &Component, cell: f64) -> Vec<Mark> {
     let mut marks: Vec<Mark> = Vec::new();
     let mut run: Vec<&Step> = Vec::new();
     let smooth = component.steps.iter().all(|step| !step.straight);
@@ -172,14 +172,14 @@ fn divide(system: &System, run: &[&Step], (cell, fewest): (f64, usize), marks: &
 }
 
 /// The vertices with the ends of an open curve exactly on the sides of the box that it ends at.
-fn on_sides(mut marks: Vec<Mark>, closed: bool, bounds: &Bounds) -> Vec<Mark> {
+pub(super) fn on_sides(mut marks: Vec<Mark>, closed: bool, bounds: &Bounds) -> Vec<Mark> {
     let near = ON_SIDE * bounds.diagonal();
     let last = marks.len().saturating_sub(1);
     for (place, mark) in marks.iter_mut().enumerate() {
         if closed || place != 0 && place != last {
             continue;
         }
-        for axis in 0..2 {
+        for axis in 0..bounds.dimension {
             for side in [bounds.min[axis], bounds.max[axis]] {
                 if (mark.position[axis] - side).abs() <= near {
                     mark.position[axis] = side;
@@ -373,9 +373,9 @@ fn ray<'a>(mut points: impl Iterator<Item = &'a DVec3>) -> Option<f64> {
 }
 
 /// A field less a number, where nothing is compiled.
-struct Shifted<'a> {
-    field: &'a dyn Field,
-    iso: f64,
+pub(in crate::polygonize) struct Shifted<'a> {
+    pub(in crate::polygonize) field: &'a dyn Field,
+    pub(in crate::polygonize) iso: f64,
 }
 
 impl Shifted<'_> {

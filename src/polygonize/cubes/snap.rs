@@ -143,7 +143,7 @@ impl Clusters {
             }
         };
         let starts: Vec<Start> = self.members.iter().map(start).collect();
-        newton(job.field, job.accuracy, &starts)
+        newton(&mut { job.field }, job.accuracy, &starts)
     }
 
     /// Which clusters can be merged so that no triangle turns over against the level set's

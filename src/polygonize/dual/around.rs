@@ -39,9 +39,14 @@ impl Around {
         facets: &'a [Facet],
         vertex: u32,
     ) -> impl Iterator<Item = &'a Facet> {
+        let numbers = self.numbers(vertex).iter();
+        numbers.map(|&number| &facets[number as usize])
+    }
+
+    /// Their numbers.
+    pub(super) fn numbers(&self, vertex: u32) -> &[u32] {
         let range = self.starts[vertex as usize]..self.starts[vertex as usize + 1];
-        let numbers = &self.facets[range.start as usize..range.end as usize];
-        numbers.iter().map(|&number| &facets[number as usize])
+        &self.facets[range.start as usize..range.end as usize]
     }
 }
 

@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use super::lattice::{BLOCK, Lattice};
 use super::loops::Loops;
-use super::place::{Contact, Placer, Site, Vertex, are_alike};
+use super::place::{Contact, Placer, Site, Vertex};
 use crate::engine::Silent;
 use crate::polygonize::columns::{Columns, Evaluate};
 use crate::polygonize::cubes::EDGES;
@@ -142,9 +142,18 @@ impl Workshop {
         let roots = self.roots(plan, place, &signs, field);
         let (sites, contacts, first) = self.sites(plan, place, &signs, &roots);
         let mut placer = plan.placer(field, &mut self.columns);
-        let vertices = placer.place(&sites, &contacts);
+        let (vertices, bent) = placer.place(&sites, &contacts);
         self.evaluations += placer.evaluations;
-        let bent = bent(&sites, &contacts);
+        // Those in the sides of the box are where they belong.
+        let bent = (bent.into_iter())
+            .filter(|&number| sites[number].outward == DVec3::ZERO)
+            .map(|number| {
+                (
+                    number as u16,
+                    contacts[sites[number].roots.clone()].to_vec(),
+                )
+            })
+            .collect();
         Some(Block {
             place,
             bent,
@@ -274,18 +283,6 @@ impl Plan<'_> {
             evaluations: 0,
         }
     }
-}
-
-/// The sites of cells that are not flat and around which normals differ, with the roots there.
-fn bent(sites: &[Site], contacts: &[Contact]) -> Vec<(u16, Vec<Contact>)> {
-    let own = |site: &Site| &contacts[site.roots.clone()];
-    let differ = |site: &Site| {
-        site.outward == DVec3::ZERO && !are_alike(own(site).iter().map(|contact| contact.normal))
-    };
-    let sites = sites.iter().enumerate().filter(|(_, site)| differ(site));
-    sites
-        .map(|(number, site)| (number as u16, own(site).to_vec()))
-        .collect()
 }
 
 /// Ghost points are outside where the surface is closed at the box.

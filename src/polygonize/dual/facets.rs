@@ -167,7 +167,7 @@ impl Blocks {
                 sites.push(site(plan.lattice, cell, own, &mut contacts));
             }
             let mut placer = plan.placer(&mut field, &mut columns);
-            vertices.extend(placer.place(&sites, &contacts));
+            vertices.extend(placer.place(&sites, &contacts).0);
             evaluations += placer.evaluations;
         }
         evaluations
@@ -328,11 +328,16 @@ pub(super) struct Split {
 impl Split {
     pub(super) fn of(facet: &Facet, vertices: &[Vertex]) -> Split {
         let corners = facet.corners.map(|corner| &vertices[corner as usize]);
-        let fitness = |one: [usize; 3], other: [usize; 3]| {
-            let fitness = |places: [usize; 3]| fitness(facet, places.map(|place| corners[place]));
-            fitness(one).min(fitness(other))
+        let [a, b, c, d] = corners.map(|corner| corner.position);
+        // Both splits share the sides, of which each is measured once.
+        let sides = [a.distance(b), b.distance(c), c.distance(d), d.distance(a)];
+        let [ac, bd] = [a.distance(c), b.distance(d)];
+        let fitness = |places: [usize; 3], lengths: [f64; 3]| {
+            fitness(facet, places.map(|place| corners[place]), lengths)
         };
-        let (first, second) = (fitness([0, 1, 2], [0, 2, 3]), fitness([0, 1, 3], [1, 2, 3]));
+        let [ab, bc, cd, da] = sides;
+        let first = fitness([0, 1, 2], [ab, bc, ac]).min(fitness([0, 2, 3], [ac, cd, da]));
+        let second = fitness([0, 1, 3], [ab, bd, da]).min(fitness([1, 2, 3], [bc, cd, bd]));
         // Where a sharp edge goes from corner to corner across the facet.
         let sharp = corners.map(|corner| corner.rank > 1);
         let is_first = if (first > 0.0) != (second > 0.0) {
@@ -352,9 +357,10 @@ impl Split {
     }
 }
 
-/// The shape of a triangle; negative if it is folded: seen along its facet's edge, which the
-/// facet surrounds, it turns backward, or it faces away from the normal of a smooth corner.
-fn fitness(facet: &Facet, corners: [&Vertex; 3]) -> f64 {
+/// The shape of a triangle with sides of these lengths; negative if it is folded: seen along its
+/// facet's edge, which the facet surrounds, it turns backward, or it faces away from the normal of a
+/// smooth corner.
+fn fitness(facet: &Facet, corners: [&Vertex; 3], lengths: [f64; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner.position);
     let normal = (b - a).cross(c - a);
     let along = if facet.upward {
@@ -364,18 +370,20 @@ fn fitness(facet: &Facet, corners: [&Vertex; 3]) -> f64 {
     };
     let smooth = corners.iter().filter(|corner| corner.rank == 1);
     let is_folded = along <= 0.0 || smooth.clone().any(|corner| corner.normal.dot(normal) < 0.0);
-    let shape = shape([a, b, c]);
+    let shape = ratio(normal, lengths);
     if is_folded { shape - 1.0 } else { shape }
 }
 
 /// How near a triangle is to an equilateral one, which has 1: twice the radius of the incircle
 /// over that of the circumcircle; 0 for one without area.
 pub(super) fn shape([a, b, c]: [DVec3; 3]) -> f64 {
-    let sides = [b.distance(c), c.distance(a), a.distance(b)];
-    let doubled = (b - a).cross(c - a).length();
-    let product = sides[0] * sides[1] * sides[2];
-    let perimeter = sides[0] + sides[1] + sides[2];
+    let lengths = [b.distance(c), c.distance(a), a.distance(b)];
+    ratio((b - a).cross(c - a), lengths)
+}
+
+/// The same, given the cross product of two sides and the lengths of all.
+fn ratio(normal: DVec3, [a, b, c]: [f64; 3]) -> f64 {
     // 2r = 2·(2A)/perimeter, and 1/R = 2·(2A)/product.
-    let ratio = 4.0 * doubled * doubled / (perimeter * product);
+    let ratio = 4.0 * normal.length_squared() / ((a + b + c) * (a * b * c));
     if ratio.is_finite() { ratio } else { 0.0 }
 }

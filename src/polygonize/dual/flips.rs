@@ -7,7 +7,7 @@ use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::place::Vertex;
-use crate::engine::Field;
+use super::scattered::Scattered;
 use crate::polygonize::Job;
 use crate::polygonize::columns::Columns;
 
@@ -32,7 +32,11 @@ struct Crossing {
 }
 
 /// Flips edges in place; returns the number of evaluations.
-pub(super) fn flip(job: &Job, triangles: &mut [[u32; 3]], vertices: &[Vertex]) -> usize {
+pub(super) fn flip(
+    (job, field): (&Job, &mut Scattered),
+    triangles: &mut [[u32; 3]],
+    vertices: &[Vertex],
+) -> usize {
     let is_sharp = |vertex: u32| vertices[vertex as usize].rank > 1;
     let near = near_sharp(triangles, vertices);
     let mut evaluations = 0;
@@ -42,7 +46,7 @@ pub(super) fn flip(job: &Job, triangles: &mut [[u32; 3]], vertices: &[Vertex]) -
         if crossings.is_empty() {
             break;
         }
-        let distances = distances(job, &crossings, vertices);
+        let distances = distances((job, &mut *field), &crossings, vertices);
         evaluations += distances.len();
         let mut done = 0;
         let (mut touched, mut added) = (FxHashSet::default(), FxHashSet::default());
@@ -136,17 +140,20 @@ fn crossings(
 }
 
 /// |F − iso| / |F_x| in the middle of each edge and of the one that would replace it.
-fn distances(job: &Job, crossings: &[Crossing], vertices: &[Vertex]) -> Vec<f64> {
+fn distances(
+    (job, field): (&Job, &mut Scattered),
+    crossings: &[Crossing],
+    vertices: &[Vertex],
+) -> Vec<f64> {
     let middle =
         |[a, b]: [u32; 2]| 0.5 * (vertices[a as usize].position + vertices[b as usize].position);
     let points = crossings
         .iter()
         .flat_map(|crossing| [crossing.edge, crossing.across]);
     let points: Vec<DVec3> = points.map(middle).collect();
-    let mut field: &dyn Field = job.field;
     let mut columns = Columns::default();
     columns.set_points(points.iter().copied());
-    columns.evaluate(&mut field, job.accuracy.iso);
+    columns.evaluate(field, job.accuracy.iso);
     let distance = |index: usize| {
         let (value, gradient) = columns.result(index);
         value.abs() / gradient.length()

@@ -9,8 +9,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::around::{Around, worst};
-use super::facets::Facet;
+use super::facets::{Facet, Split};
 use super::place::Vertex;
+use super::scattered::Scattered;
 use crate::polygonize::Job;
 use crate::polygonize::edge_roots::Root;
 use crate::polygonize::projection::{self, Start};
@@ -24,46 +25,47 @@ const GOOD: f64 = 0.6;
 /// Passes that take back moves which have made something worse.
 const REVIEWS: usize = 4;
 
-/// Points evaluated together.
+/// At least so many facets and vertices are looked at together.
 const BATCH: usize = 1024;
 
 /// Moves vertices until the triangles around them are good; returns the number of evaluations.
 pub(super) fn relax(
-    job: &Job,
+    (job, field): (&Job, &mut Scattered),
     facets: &[Facet],
     around: &Around,
     vertices: &mut [Vertex],
 ) -> usize {
     let mut evaluations = 0;
+    let mut fitness: Vec<f64> = (facets.par_iter().with_min_len(BATCH))
+        .map(|facet| Split::of(facet, vertices).fitness)
+        .collect();
     for _ in 0..SWEEPS {
         if job.monitor.cancelled() {
             break;
         }
         let moving: Vec<u32> = (0..vertices.len() as u32)
             .into_par_iter()
+            .with_min_len(BATCH)
             .filter(|&own| {
-                let vertex = &vertices[own as usize];
-                vertex.rank == 1 && worst(around, facets, vertices, own) < GOOD
+                let mut facets = around.numbers(own).iter();
+                let is_bad = |&number: &u32| fitness[number as usize] < GOOD;
+                vertices[own as usize].rank == 1 && facets.any(is_bad)
             })
             .collect();
         if moving.is_empty() {
             break;
         }
-        let targets = moving
-            .par_iter()
-            .map(|&own| target(around, facets, vertices, own));
-        let targets: Vec<Vertex> = targets.collect();
-        let batches: Vec<(Vec<Option<Vertex>>, usize)> = targets
-            .par_chunks(BATCH)
-            .map(|targets| project(job, targets))
-            .collect();
-        evaluations += batches.iter().map(|(_, count)| count).sum::<usize>();
-        let moved = batches.into_iter().flat_map(|(vertices, _)| vertices);
-        let moved = moving.iter().copied().zip(moved);
-        let moved = moved
-            .filter_map(|(own, vertex)| Some((own, vertex?)))
-            .collect();
-        accept(around, facets, vertices, moved);
+        let targets = moving.par_iter().with_min_len(64);
+        let targets = targets.map(|&own| target(around, facets, vertices, own));
+        let (targets, count) = project((job, &mut *field), &targets.collect::<Vec<_>>());
+        evaluations += count;
+        let moved = moving.iter().copied().zip(targets);
+        let moved = moved.filter_map(|(own, vertex)| Some((own, vertex?)));
+        accept(around, facets, vertices, moved.collect());
+        for &number in moving.iter().flat_map(|&own| around.numbers(own)) {
+            let facet = &facets[number as usize];
+            fitness[number as usize] = Split::of(facet, vertices).fitness;
+        }
     }
     evaluations
 }
@@ -132,7 +134,10 @@ fn target(around: &Around, facets: &[Facet], vertices: &[Vertex], vertex: u32) -
 }
 
 /// Puts vertices back on the surface; `None` where that fails. And the number of evaluations.
-fn project(job: &Job, vertices: &[Vertex]) -> (Vec<Option<Vertex>>, usize) {
+fn project(
+    (job, field): (&Job, &mut Scattered),
+    vertices: &[Vertex],
+) -> (Vec<Option<Vertex>>, usize) {
     let start = |vertex: &Vertex| Start {
         point: vertex.position,
         low: DVec3::NEG_INFINITY,
@@ -140,7 +145,7 @@ fn project(job: &Job, vertices: &[Vertex]) -> (Vec<Option<Vertex>>, usize) {
         ends: [vertex.position; 2],
     };
     let starts: Vec<Start> = vertices.iter().map(start).collect();
-    let (roots, evaluations) = projection::newton(job.field, job.accuracy, &starts);
+    let (roots, evaluations) = projection::newton(field, job.accuracy, &starts);
     let vertex = |(root, old): (Root, &Vertex)| {
         (!root.is_poor()).then_some(Vertex {
             position: root.position,

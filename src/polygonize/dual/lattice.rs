@@ -151,7 +151,7 @@ impl Lattice {
     }
 
     /// How many blocks the cell of a level of the subdivision has along an axis.
-    fn blocks_of(&self, level: usize, axis: usize) -> usize {
+    pub(super) fn blocks_of(&self, level: usize, axis: usize) -> usize {
         let below = self.subdivision.splits.iter().skip(level + 1);
         below.map(|split| split[axis]).product()
     }

@@ -21,6 +21,14 @@ use crate::polygonize::edge_roots::first_order_distance;
 /// Normals whose cosine is below this may belong to two sides of a sharp edge: 10 degrees.
 const ALIKE: f64 = 0.985;
 
+/// Normals that differ may still be those of one curved surface, if no two have a cosine below
+/// this: 60 degrees.
+const CURVED: f64 = 0.5;
+
+/// On a sphere the chord between two points is at right angles to the sum of their normals, and on
+/// any smooth surface but for terms of third order. The greatest cosine that is put down to these.
+const CHORD: f64 = 0.02;
+
 /// How far roots are drawn together around the guess, round by round.
 const ROUNDS: [f64; 3] = [0.1, 0.01, 0.001];
 
@@ -32,6 +40,9 @@ const SLIDES: i32 = 15;
 /// Steps of Newton's method before a vertex is given up: enough for linear convergence, as at
 /// multiple zeros.
 const STEPS: usize = 64;
+
+/// After every so many steps the residual must have halved: at a kink steps go to and fro.
+const TRIAL: usize = 4;
 
 /// The part of a cell at its border that smooth vertices keep out of, so that those of two cells
 /// do not coincide.
@@ -116,12 +127,16 @@ pub(super) struct Placer<'a, E> {
 }
 
 impl<E: Evaluate> Placer<'_, E> {
-    /// Places a vertex for each site.
-    pub(super) fn place(&mut self, sites: &[Site], contacts: &[Contact]) -> Vec<Vertex> {
+    /// Places a vertex for each site. Tells which sites, by their numbers, may be at a sharp edge.
+    pub(super) fn place(
+        &mut self,
+        sites: &[Site],
+        contacts: &[Contact],
+    ) -> (Vec<Vertex>, Vec<usize>) {
         let mut placed: Vec<Option<Vertex>> = sites.iter().map(Site::given).collect();
-        let sharp = (sites.iter().enumerate())
-            .filter(|(_, site)| !are_alike(contacts[site.roots.clone()].iter().map(|c| c.normal)))
-            .map(|(place, site)| Guess::new(place, site, contacts))
+        let bent = self.bent(sites, contacts);
+        let sharp = (bent.iter())
+            .map(|&place| Guess::new(place, &sites[place], contacts))
             .collect();
         let is_inside = |place: usize, point: DVec3| sites[place].holds(point);
         self.place_on_edges(sharp, sites, contacts, &mut placed, &is_inside);
@@ -129,7 +144,22 @@ impl<E: Evaluate> Placer<'_, E> {
         self.place_on_surface(sites, 0.0, &mut placed);
         self.place_on_surface(sites, -BEYOND, &mut placed);
         self.leave_the_rest(sites, contacts, &mut placed);
-        placed.into_iter().flatten().collect()
+        (placed.into_iter().flatten().collect(), bent)
+    }
+
+    /// The sites whose roots have different normals that are not those of a smooth surface.
+    fn bent(&mut self, sites: &[Site], contacts: &[Contact]) -> Vec<usize> {
+        let own = |place: usize| &contacts[sites[place].roots.clone()];
+        let differ = |&place: &usize| !are_alike(own(place).iter().map(|contact| contact.normal));
+        let mut bent: Vec<usize> = (0..sites.len()).filter(differ).collect();
+        self.evaluate(bent.iter().map(|&place| sites[place].middle));
+        let mut next = 0;
+        bent.retain(|&place| {
+            let (_, gradient) = self.columns.result(next);
+            next += 1;
+            !is_curved(own(place), sites[place].within(gradient))
+        });
+        bent
     }
 
     /// Gives the sites without a vertex one where they start, with the residual there.
@@ -163,19 +193,19 @@ impl<E: Evaluate> Placer<'_, E> {
     /// Newton's method for the sites without a vertex, inside their cells but for a margin.
     fn place_on_surface(&mut self, sites: &[Site], margin: f64, placed: &mut [Option<Vertex>]) {
         let open = (0..sites.len()).filter(|&place| placed[place].is_none());
-        let mut open: Vec<(usize, DVec3)> = open
+        let mut open: Vec<(usize, DVec3, f64)> = open
             .map(|place| {
                 let (low, high) = shrunk(&sites[place], margin);
-                (place, sites[place].middle.clamp(low, high))
+                (place, sites[place].middle.clamp(low, high), f64::INFINITY)
             })
             .collect();
-        for _ in 0..STEPS {
+        for number in 0..STEPS {
             if open.is_empty() {
                 return;
             }
-            self.evaluate(open.iter().map(|(_, point)| *point));
+            self.evaluate(open.iter().map(|(_, point, _)| *point));
             let mut next = 0;
-            open.retain_mut(|(place, point)| {
+            open.retain_mut(|(place, point, residual)| {
                 let (value, gradient) = self.columns.result(next);
                 next += 1;
                 let length = gradient.length();
@@ -188,6 +218,12 @@ impl<E: Evaluate> Placer<'_, E> {
                         rank: 1 + u8::from(is_flat),
                     });
                     return false;
+                }
+                if number % TRIAL == 0 {
+                    let before = std::mem::replace(residual, value.abs() / length);
+                    if *residual > 0.5 * before {
+                        return false;
+                    }
                 }
                 let (low, high) = shrunk(&sites[*place], margin);
                 match step_within(value, gradient, *point, (low, high)) {
@@ -389,6 +425,26 @@ pub(super) fn are_alike(normals: impl Iterator<Item = DVec3> + Clone) -> bool {
         || known
             .clone()
             .all(|one| known.clone().all(|other| one.dot(other) >= ALIKE))
+}
+
+/// Whether the roots are like those on a smooth surface, given F_x in their middle. One may see a
+/// sharp edge from equal distances on both sides, and all chords then are as on a cylinder; but F_x
+/// is that of one side or the other, and not the mean.
+fn is_curved(contacts: &[Contact], gradient: DVec3) -> bool {
+    let mut widest: f64 = 1.0;
+    for (number, one) in contacts.iter().enumerate() {
+        for other in &contacts[..number] {
+            let chord = other.position - one.position;
+            let lean = (one.normal + other.normal).dot(chord).abs();
+            if one.normal == DVec3::ZERO || lean > CHORD * chord.length() {
+                return false;
+            }
+            widest = widest.min(one.normal.dot(other.normal));
+        }
+    }
+    // A quarter of the widest angle at most, which has a 16th of its versine.
+    let away = 1.0 - gradient.normalize_or_zero().dot(mean_normal(contacts));
+    widest >= CURVED && away <= (1.0 - widest) / 16.0
 }
 
 fn mean_normal(contacts: &[Contact]) -> DVec3 {

@@ -14,8 +14,7 @@ use super::block::Plan;
 use super::facets::{Blocks, Facet};
 use super::place::{Contact, Site, Vertex};
 use super::quadric::Quadric;
-use crate::engine::Field;
-use crate::polygonize::Job;
+use super::scattered::Scattered;
 use crate::polygonize::columns::Columns;
 
 /// How far beyond its cell a guess may be that is to be improved, in cells.
@@ -43,7 +42,12 @@ pub(super) struct Known<'a> {
 }
 
 /// Moves vertices onto sharp edges and corners; returns the number of evaluations.
-pub(super) fn sharpen(job: &Job, plan: &Plan, known: &Known, vertices: &mut [Vertex]) -> usize {
+pub(super) fn sharpen(
+    field: &mut Scattered,
+    plan: &Plan,
+    known: &Known,
+    vertices: &mut [Vertex],
+) -> usize {
     let (mut sites, mut contacts, mut owners) = (Vec::new(), Vec::new(), Vec::new());
     for (vertex, own) in known.bent {
         // A vertex may have been left behind when its cell was turned.
@@ -70,9 +74,8 @@ pub(super) fn sharpen(job: &Job, plan: &Plan, known: &Known, vertices: &mut [Ver
     }
     let is_fit =
         |place: usize, point: DVec3| known.is_free(plan, owners[place], &sites[place], point);
-    let mut field: &dyn Field = job.field;
     let mut columns = Columns::default();
-    let mut placer = plan.placer(&mut field, &mut columns);
+    let mut placer = plan.placer(field, &mut columns);
     let found = placer.find_sharp(&sites, &contacts, &is_fit);
     let mut found: Vec<(usize, Vertex)> = (found.into_iter().enumerate())
         .filter_map(|(place, vertex)| Some((place, vertex?)))
