@@ -18,8 +18,9 @@
 //! Compared with dual contouring: smooth parts keep the thin triangles of marching cubes, there are more
 //! triangles, and vertices are found from the roots of one cell alone. Where sharp edges are closer
 //! together than about two cells or strongly curved, some are cut off and facets may be turned; where
-//! they pass through grid points, triangles without area may be left. Without a cap, a sharp edge that
-//! leaves the box is cut off in its last cell.
+//! they pass through grid points, triangles without area may be left. Where a sharp edge leaves the box,
+//! the corner of the cap is cut off, by less than a cell, unless its cell in the side has roots of both
+//! sides; without a cap the edge is always cut off in its last cell.
 
 mod fans;
 mod flips;
