@@ -125,8 +125,8 @@ impl Delaunay {
             self.seen.push(0);
         }
         for own in 0..PARTS.len() {
-            for facet in 0..4 {
-                let corners = FACETS[facet].map(|corner| self.tetrahedra[own].vertices[corner]);
+            for (facet, corners) in FACETS.iter().enumerate() {
+                let corners = corners.map(|corner| self.tetrahedra[own].vertices[corner]);
                 let other = (0..PARTS.len()).find(|&other| {
                     let vertices = &self.tetrahedra[other].vertices;
                     other != own && corners.iter().all(|corner| vertices.contains(corner))
