@@ -118,6 +118,7 @@ codes! {
     W0816 LostSurface "surface that floaters lose",
     W0817 CrushedSolid "solid that its fall crushes",
     W0818 UndecidedRoots "roots that are not proven",
+    W0819 FoldedFacets "facets that are turned over",
 }
 
 impl Code {

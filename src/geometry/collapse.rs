@@ -19,7 +19,7 @@ impl Mesh {
     ///
     /// Costs O(n) plus, for each edge of length zero, the triangles around its ends.
     pub fn collapse_degenerate_edges(&mut self) -> usize {
-        let edges = degenerate_edges(self);
+        let edges = self.degenerate_edges();
         let became = self.collapse_edges(edges);
         let own = became.iter().zip(0..);
         own.filter(|&(&became, own)| became != own).count()
@@ -59,6 +59,20 @@ impl Mesh {
         (0..count).map(|vertex| merged.find(vertex)).collect()
     }
 
+    /// The edges between different vertices at equal positions, each once, ascending.
+    pub(crate) fn degenerate_edges(&self) -> Vec<(u32, u32)> {
+        let position = |vertex: u32| self.positions[vertex as usize];
+        let triangles = self.triangles.iter();
+        let mut edges: Vec<(u32, u32)> = triangles
+            .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
+            .filter(|&(a, b)| a != b && position(a) == position(b))
+            .map(|(a, b)| (a.min(b), a.max(b)))
+            .collect();
+        edges.sort_unstable();
+        edges.dedup();
+        edges
+    }
+
     /// Drops the vertices that no triangle uses, with their normals; the order is kept.
     pub fn drop_unused_vertices(&mut self) {
         let mut numbers = vec![None; self.positions.len()];
@@ -81,21 +95,6 @@ impl Mesh {
 fn retain_where<T>(entries: &mut Vec<T>, flags: impl IntoIterator<Item = bool>) {
     let mut flags = flags.into_iter();
     entries.retain(|_| flags.next().unwrap_or(false));
-}
-
-/// The edges between different vertices at equal positions, each once, ascending.
-fn degenerate_edges(mesh: &Mesh) -> Vec<(u32, u32)> {
-    let position = |vertex: u32| mesh.positions[vertex as usize];
-    let mut edges: Vec<(u32, u32)> = mesh
-        .triangles
-        .iter()
-        .flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)])
-        .filter(|&(a, b)| a != b && position(a) == position(b))
-        .map(|(a, b)| (a.min(b), a.max(b)))
-        .collect();
-    edges.sort_unstable();
-    edges.dedup();
-    edges
 }
 
 #[cfg(test)]

@@ -36,6 +36,9 @@ const LAYERS: usize = 4;
 /// Where the sine between the normals is smaller, the vertex is at a crossing or where surfaces touch.
 const SINGULAR: f64 = 0.05;
 
+/// Vertices at which surfaces are nearly tangent are at one place if they are nearer than so many cells.
+const ONE: f64 = 4.0;
+
 /// A face by the numbers of its grid points, ascending, and where the interpolants vanish on it.
 #[derive(Clone, Copy, Debug)]
 struct Passage {
@@ -79,9 +82,17 @@ pub(super) fn enumerate(
         cut_by_box: polylines.iter().any(|polyline| !polyline.closed),
         ..Statistics::default()
     };
+    let mut singular: Vec<DVec3> = Vec::new();
     for polyline in &mut polylines {
-        correct(&system, options.cell, polyline, &mut statistics);
+        correct(
+            &system,
+            options.cell,
+            polyline,
+            &mut statistics,
+            &mut singular,
+        );
     }
+    statistics.crossings = singular.len();
     statistics.evaluations = seen.points() + system.counts().0 as usize;
     let curves = Curves {
         dimension: 3,
@@ -260,23 +271,29 @@ fn joined(segments: &[[Passage; 2]]) -> Vec<Polyline> {
     polylines
 }
 
-/// Puts the vertices on the curve, those that come to it within a cell.
-fn correct(system: &System, cell: f64, polyline: &mut Polyline, statistics: &mut Statistics) {
-    let mut was_singular = false;
+/// Puts the vertices on the curve, those that come to it within a cell, and notes where the surfaces
+/// are nearly tangent to each other, once for all vertices within some cells.
+fn correct(
+    system: &System,
+    cell: f64,
+    polyline: &mut Polyline,
+    statistics: &mut Statistics,
+    singular: &mut Vec<DVec3>,
+) {
     for point in &mut polyline.points {
-        let mut singular = false;
         match system.solve(*point, Condition::Nearest, cell) {
             Some(found) if found.position.distance(*point) <= cell => {
                 *point = found.position;
                 statistics.good_roots += 1;
                 let residual = found.local.residual();
                 statistics.max_residual = statistics.max_residual.max(residual);
-                singular = found.local.direction().length() < SINGULAR;
+                let is_singular = found.local.direction().length() < SINGULAR;
+                let is_known = || singular.iter().any(|at| at.distance(*point) <= ONE * cell);
+                if is_singular && !is_known() {
+                    singular.push(*point);
+                }
             }
             _ => statistics.poor_roots += 1,
         }
-        // Neighbours at one such place count once.
-        statistics.crossings += usize::from(singular && !was_singular);
-        was_singular = singular;
     }
 }

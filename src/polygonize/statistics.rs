@@ -62,6 +62,9 @@ pub struct Statistics {
     pub domain_ends: usize,
     /// Cells in which a method that searches by enclosures could not decide whether there is more.
     pub undecided: usize,
+    /// Facets of a mesh that are turned against F_x at their centre or have no area, as far as the
+    /// method looks for them: dual contouring does.
+    pub folded_facets: usize,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
     /// How the adapted triangulation came out; none for other methods.
@@ -109,6 +112,7 @@ impl Statistics {
             poor_roots: self.poor_roots + other.poor_roots,
             domain_ends: self.domain_ends + other.domain_ends,
             undecided: self.undecided + other.undecided,
+            folded_facets: self.folded_facets + other.folded_facets,
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),

@@ -236,8 +236,8 @@ pub(super) struct Mesh {
     #[command(flatten)]
     pub(super) subject: Subject,
     /// The method: in R3 dual (the usual one: sharp edges), springs, cubes, extended (cubes with sharp edges),
-    /// tetrahedra, octree or continuation; in R2 squares, quadtree or continuation; in R1 newton or
-    /// bracketing
+    /// tetrahedra, octree, continuation or delaunay; in R2 squares, quadtree, springs or continuation; in R1
+    /// newton or bracketing
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell

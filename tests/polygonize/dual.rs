@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use imp::engine::{Field, Silent};
-use imp::geometry::Mesh;
+use imp::geometry::{FieldValues, Mesh};
 use imp::polygonize::{Method, Options, PolygonizeError};
 
 use crate::support::{self, Closure, Made, cube};
@@ -158,6 +158,160 @@ fn sharp_edges_and_corners_are_on_the_mesh_and_no_facet_is_flipped() {
             let (_, gradient) = field.value_gradient(centre);
             assert!(normal.dot(gradient) > 0.0, "{corners:?}");
         }
+    }
+}
+
+/// |x| + |y| + |z| = 1.
+fn octahedron() -> impl Field {
+    space(|p| (p.abs().element_sum() - 1.0, p.signum()))
+}
+
+/// A cone with its apex at (0, 0, 1) on a disk of radius 1 at z = −1.
+fn cone() -> impl Field {
+    space(|p| {
+        let radius = p.x.hypot(p.y);
+        let side = radius - (1.0 - p.z) / 2.0;
+        if side >= -p.z - 1.0 {
+            let outward = DVec3::new(p.x, p.y, 0.0).normalize_or_zero();
+            (side, outward + 0.5 * DVec3::Z)
+        } else {
+            (-p.z - 1.0, DVec3::NEG_Z)
+        }
+    })
+}
+
+/// A cube around a point, given its half side.
+fn hull(p: DVec3, centre: f64, half: f64) -> (f64, DVec3) {
+    let from = p - centre;
+    let side = from.abs().max_element();
+    let axis = (0..3).find(|&axis| from[axis].abs() == side).unwrap_or(0);
+    let mut normal = DVec3::ZERO;
+    normal[axis] = from[axis].signum();
+    (side - half, normal)
+}
+
+/// Two cubes that overlap, with corners in points of a lattice of tenths.
+fn cubes() -> impl Field {
+    space(|p| {
+        let (one, other) = (hull(p, -0.3, 0.6), hull(p, 0.3, 0.5));
+        if one.0 <= other.0 { one } else { other }
+    })
+}
+
+/// A gyroid in a ball: where both meet at a small angle it has blades thinner than a cell.
+fn blades() -> impl Field {
+    space(|p| {
+        let (ball, k) = (p.length_squared() - 0.81, 6.0);
+        let [(sx, cx), (sy, cy), (sz, cz)] = (k * p).to_array().map(f64::sin_cos);
+        let gyroid = sx * cy + sy * cz + sz * cx;
+        let gradient = DVec3::new(cx * cy - sz * sx, cy * cz - sx * sy, cz * cx - sy * sz);
+        if ball >= gyroid {
+            (ball, 2.0 * p)
+        } else {
+            (gyroid, k * gradient)
+        }
+    })
+}
+
+/// How many facets have no area or are turned against F_x at their centre.
+fn folded(field: &dyn Field, mesh: &Mesh) -> usize {
+    let values = |points: &[DVec3]| {
+        let pairs = points.iter().map(|&point| field.value_gradient(point));
+        let (values, gradients) = pairs.unzip();
+        FieldValues { values, gradients }
+    };
+    let deviation = mesh.deviation(&values(&mesh.positions), &values(&mesh.facet_centers()));
+    deviation.turned + mesh.quality().unwrap().degenerate
+}
+
+/// Fails unless a closed surface without handles has no facet that is folded or meets another.
+fn assert_good(field: &dyn Field, made: &Made<Mesh>, name: &str) {
+    assert_sound(&made.shape, 0, 1, name);
+    assert_eq!(folded(field, &made.shape), 0, "{name}");
+    assert_eq!(made.statistics.folded_facets, 0, "{name}");
+    let pairs = made.shape.self_intersections();
+    assert!(pairs.is_empty(), "{name}: {pairs:?}");
+}
+
+/// The greatest distance of some points from a mesh.
+fn farthest(points: impl Iterator<Item = DVec3>, mesh: &Mesh) -> f64 {
+    let distances = points.map(|point| {
+        let triangles = mesh.triangles.iter();
+        let corners = triangles.map(|own| own.map(|corner| mesh.positions[corner as usize]));
+        let distances = corners.map(|corners| distance(point, corners));
+        distances.fold(f64::INFINITY, f64::min)
+    });
+    distances.fold(0.0, f64::max)
+}
+
+#[test]
+fn an_octahedron_folds_nothing_and_is_exact_where_its_edges_lie_within_cells() {
+    let field = octahedron();
+    // With 33 cells the edges run through the middle of cells, else along their faces.
+    for cells in [16, 20, 31, 33, 50, 64] {
+        let made = dual(&field, &options(1.5, cells)).unwrap();
+        let (mesh, name) = (&made.shape, format!("octahedron, {cells} cells"));
+        assert_good(&field, &made, &name);
+        let corners = (0..6).map(|corner| {
+            let mut point = DVec3::ZERO;
+            point[corner / 2] = if corner % 2 == 0 { -1.0 } else { 1.0 };
+            point
+        });
+        let distance = farthest(corners, mesh);
+        assert!(distance < 1e-9, "{name}: a corner is {distance} away");
+        if cells != 33 {
+            continue;
+        }
+        // Eight equilateral triangles with sides of length √2.
+        assert!((mesh.area() - 4.0 * 3f64.sqrt()).abs() < 1e-9, "{name}");
+        assert!((mesh.volume() - 4.0 / 3.0).abs() < 1e-9, "{name}");
+        let edges = (0..12).flat_map(|edge| {
+            (0..=20).map(move |step| {
+                let along = f64::from(step) / 20.0;
+                let sign = |bit: i32| if edge >> bit & 1 == 0 { -1.0 } else { 1.0 };
+                let axis = edge as usize / 4;
+                let mut point = DVec3::ZERO;
+                point[axis] = sign(0) * along;
+                point[(axis + 1) % 3] = sign(1) * (1.0 - along);
+                point
+            })
+        });
+        let distance = farthest(edges, mesh);
+        assert!(distance < 1e-9, "{name}: an edge is {distance} away");
+    }
+}
+
+#[test]
+fn apexes_and_corners_on_lattice_points_fold_nothing() {
+    let field = cone();
+    for cells in [16, 31, 33, 50, 64] {
+        let made = dual(&field, &options(1.5, cells)).unwrap();
+        let name = format!("cone, {cells} cells");
+        assert_good(&field, &made, &name);
+        let distance = farthest([DVec3::Z].into_iter(), &made.shape);
+        assert!(distance < 1e-6, "{name}: the apex is {distance} away");
+    }
+    let field = cubes();
+    for cells in [16, 31, 32, 50] {
+        let made = dual(&field, &options(1.6, cells)).unwrap();
+        let name = format!("two cubes, {cells} cells");
+        assert_good(&field, &made, &name);
+        // Sides of 1.2 and 1, of which (−0.2..0.3)³ is in both.
+        let volume = 1.2f64.powi(3) + 1.0 - 0.5f64.powi(3);
+        assert!((made.shape.volume() - volume).abs() < 1e-9, "{name}");
+    }
+}
+
+#[test]
+fn facets_that_stay_folded_are_counted() {
+    let field = blades();
+    for cells in [24, 50] {
+        let made = dual(&field, &options(1.1, cells)).unwrap();
+        let topology = made.shape.topology();
+        assert!(topology.watertight && topology.manifold, "{topology:?}");
+        // Otherwise there is nothing to be counted.
+        assert!(made.statistics.folded_facets > 0, "{cells}");
+        assert_eq!(made.statistics.folded_facets, folded(&field, &made.shape));
     }
 }
 

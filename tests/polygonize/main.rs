@@ -13,7 +13,6 @@ mod extended;
 mod newton;
 mod octree;
 mod plane;
-
 mod space_curves;
 mod springs;
 mod squares;

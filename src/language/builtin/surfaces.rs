@@ -571,6 +571,16 @@ fn warn_about_mesh(
             "a pole such as 1/x changes its sign without a zero",
         );
     }
+    if statistics.folded_facets > 0 {
+        warn(
+            Code::FoldedFacets,
+            format!(
+                "{} facets are turned over or have no area",
+                statistics.folded_facets
+            ),
+            "where the solid is thinner than a cell, smaller cells help",
+        );
+    }
 }
 
 /// Says what became of samples that are to be vertices.

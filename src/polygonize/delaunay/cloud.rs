@@ -60,8 +60,10 @@ impl Cloud {
                 ..Statistics::default()
             },
         };
-        for (root, &distance) in roots.iter().zip(&distances) {
-            match root.is_poor() || !job.options.bounds.contains(root.position) {
+        let doubles = doubles(points, &distances);
+        for ((root, &distance), double) in roots.iter().zip(&distances).zip(doubles) {
+            let is_out = !job.options.bounds.contains(root.position);
+            match double || root.is_poor() || is_out {
                 true => cloud.left_out_before += 1,
                 false => cloud.push(root, distance),
             }
@@ -179,6 +181,21 @@ fn put_on_level_set(job: &Job, points: &[DVec3], distances: &[f64]) -> (Vec<Root
     let evaluations = parts.iter().map(|part| part.1).sum();
     let roots = parts.into_iter().flat_map(|part| part.0);
     (roots.collect(), evaluations)
+}
+
+/// Which points are in the same place as an earlier one.
+fn doubles(points: &[DVec3], distances: &[f64]) -> Vec<bool> {
+    let mut same: Vec<usize> = (0..points.len())
+        .filter(|&place| distances[place] == 0.0)
+        .collect();
+    // The sum with 0 is 0 for both zeros.
+    let coordinates = |place: usize| (points[place] + 0.0).to_array().map(f64::to_bits);
+    same.sort_by_key(|&place| (coordinates(place), place));
+    let mut doubles = vec![false; points.len()];
+    for pair in same.windows(2) {
+        doubles[pair[1]] = points[pair[0]] == points[pair[1]];
+    }
+    doubles
 }
 
 /// The middle one of numbers, 0 of none that are finite.

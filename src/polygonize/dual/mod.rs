@@ -20,6 +20,7 @@ mod loops;
 mod merge;
 mod place;
 mod quadric;
+mod repair;
 mod scattered;
 mod sharp_points;
 mod sharpen;
@@ -72,6 +73,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     statistics.evaluations += more.evaluations;
     statistics.cut_by_box = more.cut_by_box;
     statistics.max_residual = more.max_residual;
+    statistics.folded_facets = more.folded_facets;
     Ok((Shape::Mesh(mesh), seen, statistics))
 }
 
@@ -101,22 +103,26 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     evaluations += improve::relax((job, &mut field), &facets, &around, &mut vertices);
     let mut triangles = triangulate(&facets, &vertices);
     evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
-    merge::merge(&triangles, &mut vertices);
-    let residual = |vertex: &place::Vertex| vertex.residual;
-    let statistics = Statistics {
-        evaluations,
-        cut_by_box,
-        // NaN, of vertices where F is not smooth or not defined, takes no part.
-        max_residual: vertices.iter().map(residual).fold(0.0, f64::max),
-        ..Statistics::default()
-    };
+    let cell = plan.lattice.side.min_element();
+    merge::join_coinciding(&triangles, &mut vertices, cell);
+    let moved = merge::merge(&triangles, &mut vertices);
     let mut mesh = Mesh {
         positions: vertices.iter().map(|vertex| vertex.position).collect(),
         normals: vertices.iter().map(|vertex| vertex.normal).collect(),
         triangles,
     };
+    merge::collapse(&mut mesh, &moved);
     mesh.drop_unused_vertices();
-    mesh.collapse_degenerate_edges();
+    let repaired = repair::repair((job, &mut field), &mut mesh);
+    let residual = |vertex: &place::Vertex| vertex.residual;
+    let statistics = Statistics {
+        evaluations: evaluations + repaired.evaluations,
+        folded_facets: repaired.folded,
+        cut_by_box,
+        // NaN, of vertices where F is not smooth or not defined, takes no part.
+        max_residual: vertices.iter().map(residual).fold(0.0, f64::max),
+        ..Statistics::default()
+    };
     Ok((mesh, statistics))
 }
 
