@@ -9,7 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::facets::shape;
 use super::scattered::Scattered;
-use crate::geometry::Mesh;
+use crate::geometry::{Bounds, Mesh};
 use crate::polygonize::Job;
 use crate::polygonize::columns::Columns;
 use crate::polygonize::edge_roots::first_order_distance;
@@ -44,6 +44,7 @@ pub(super) struct Repaired {
 pub(super) fn repair((job, field): (&Job, &mut Scattered), mesh: &mut Mesh) -> Repaired {
     let mut known = Known {
         iso: job.accuracy.iso,
+        bounds: &job.options.bounds,
         field,
         columns: Columns::default(),
         evaluations: 0,
@@ -117,11 +118,21 @@ struct Flip {
 struct Known<'a, 'f> {
     field: &'a mut Scattered<'f>,
     iso: f64,
+    bounds: &'a Bounds,
     columns: Columns,
     evaluations: usize,
 }
 
 impl Known<'_, '_> {
+    /// Whether a triangle lies in a side of the box, where F_x says nothing of it.
+    fn is_cap(&self, points: [DVec3; 3]) -> bool {
+        let sides = [self.bounds.min, self.bounds.max];
+        sides.iter().any(|side| {
+            let along = points.map(|point| point.cmpeq(*side));
+            (along[0] & along[1] & along[2]).any()
+        })
+    }
+
     fn evaluate(&mut self, points: &[DVec3]) {
         self.evaluations += points.len();
         self.columns.set_points(points.iter().copied());
@@ -140,7 +151,8 @@ impl Known<'_, '_> {
         pairs
             .map(|(index, &points)| {
                 let (_, gradient) = self.columns.result(index);
-                normal(points).dot(gradient) < 0.0 || shape(points) < FLAT
+                let is_turned = normal(points).dot(gradient) < 0.0;
+                is_turned && !self.is_cap(points) || shape(points) < FLAT
             })
             .collect()
     }
