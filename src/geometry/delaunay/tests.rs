@@ -33,7 +33,7 @@ fn check(delaunay: &Delaunay) {
         let [a, b, c, d] = corners;
         assert_eq!(side_of_plane(a, b, c, d), Side::Greater);
         volume += (b - a).cross(c - a).dot(d - a) / 6.0;
-        for facet in 0..4 {
+        for (facet, corners) in FACETS.iter().enumerate() {
             let beyond = own.neighbours[facet];
             if beyond == NONE {
                 continue;
@@ -42,7 +42,7 @@ fn check(delaunay: &Delaunay) {
             assert!(!other.is_free());
             let back = other.facet_to(place);
             assert_eq!(other.neighbours[back], place);
-            let mut ours = FACETS[facet].map(|corner| own.vertices[corner]);
+            let mut ours = corners.map(|corner| own.vertices[corner]);
             let mut theirs = FACETS[back].map(|corner| other.vertices[corner]);
             ours.sort_unstable();
             theirs.sort_unstable();

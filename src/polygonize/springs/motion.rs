@@ -140,7 +140,7 @@ fn hold(complex: &Complex, least: &[f64], tried: &mut [DVec3], stays: &mut [bool
                 let simplex = &complex.simplices[number];
                 let measure = complex.measure(simplex, tried);
                 let nodes = &simplex[..complex.corners()];
-                !(measure > least[number])
+                measure <= least[number]
                     && measure < complex.measure(simplex, &complex.nodes)
                     && nodes.iter().any(|&node| !stays[node as usize])
             })
