@@ -20,7 +20,7 @@ const SAME: f64 = 1e-6;
 pub(super) fn join_coinciding(triangles: &[[u32; 3]], vertices: &mut [Vertex], cell: f64) {
     let near = |a: u32, b: u32, vertices: &[Vertex]| {
         let [a, b] = [a, b].map(|end| &vertices[end as usize]);
-        a.rank > 1 && b.rank > 1 && a.position.distance_squared(b.position) < (SAME * cell).powi(2)
+        a.rank > 1 && b.rank > 1 && a.position.distance(b.position) < SAME * cell
     };
     pull_between(triangles, vertices, SAME * cell);
     let near = |a: u32, b: u32| near(a, b, vertices);
