@@ -156,17 +156,24 @@ fn two_functions_in_space_are_a_curve() {
             "len(sample(knot, bounds = -2..2, count = 7)), sample(knot, bounds = -2..2).method",
             "7 trace",
         ),
+        (
+            "polygonize(knot, bounds = -2..2).closed, polygonize(knot, bounds = -2..2).components",
+            "true 1",
+        ),
     ] {
         prints(&format!("{knot}print({expression})"), expected);
     }
-    for (call, code) in [
-        ("polygonize(knot, bounds = -2..2)", "E0403"),
+    for (call, message) in [
+        (
+            "polygonize(knot, bounds = -2..2, method = \"dual\")",
+            "curves in space",
+        ),
         (
             "sample(knot, bounds = -2..2, method = \"floaters\")",
-            "E0309",
+            "curve in space",
         ),
     ] {
-        fails(&format!("{knot}let x = {call}"), code, "curve in space");
+        fails(&format!("{knot}let x = {call}"), "E0309", message);
     }
 }
 
