@@ -119,6 +119,7 @@ codes! {
     W0817 CrushedSolid "solid that its fall crushes",
     W0818 UndecidedRoots "roots that are not proven",
     W0819 FoldedFacets "facets that are turned over",
+    W0820 Plateau "level set with an interior",
 }
 
 impl Code {

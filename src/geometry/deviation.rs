@@ -4,8 +4,8 @@
 use glam::DVec3;
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
-use super::Mesh;
 use super::summation::sum;
+use super::{Bounds, Mesh};
 use crate::math::scalar::atan2;
 
 /// F and F_x at points.
@@ -50,6 +50,38 @@ impl Mesh {
     /// The centres of the facets, in their order.
     pub fn facet_centers(&self) -> Vec<DVec3> {
         self.corners().map(|[a, b, c]| (a + b + c) / 3.0).collect()
+    }
+
+    /// The facets that do not lie in a side of a box, with their vertices, and how many do: caps,
+    /// which belong to the box rather than to a surface. Costs O(n).
+    pub fn without_sides(&self, bounds: &Bounds) -> (Mesh, usize) {
+        // Caps have the coordinates of the box but for rounding.
+        let near = 1e-12 * bounds.diagonal();
+        let is_in_side = |triangle: &[u32; 3]| {
+            let corners = triangle.map(|vertex| self.positions[vertex as usize]);
+            (0..3).any(|axis| {
+                [bounds.min[axis], bounds.max[axis]].iter().any(|side| {
+                    let corner_is = |corner: &DVec3| (corner[axis] - side).abs() <= near;
+                    corners.iter().all(corner_is)
+                })
+            })
+        };
+        let kept = self.triangles.iter().copied();
+        let kept: Vec<[u32; 3]> = kept.filter(|triangle| !is_in_side(triangle)).collect();
+        let capped = self.triangles.len() - kept.len();
+        let mut numbers = vec![u32::MAX; self.positions.len()];
+        let mut mesh = Mesh::default();
+        for triangle in kept {
+            mesh.triangles.push(triangle.map(|vertex| {
+                let number = &mut numbers[vertex as usize];
+                if *number == u32::MAX {
+                    *number = mesh.positions.len() as u32;
+                    mesh.positions.push(self.positions[vertex as usize]);
+                }
+                *number
+            }));
+        }
+        (mesh, capped)
     }
 
     /// The deviation from the surface F = 0, where F < 0 inside, from F and F_x at the vertices and

@@ -46,6 +46,20 @@ pub enum PolygonizeError {
         /// The seed.
         seed: DVec3,
     },
+    /// A seed is not in the box.
+    #[error("the seed {seed} is not in the box")]
+    SeedOutside {
+        /// The seed.
+        seed: DVec3,
+    },
+    /// One cell would be more than the whole box.
+    #[error("the cell is {cell}, which is more than the longest side of the box, {longest}")]
+    CellTooLarge {
+        /// The side of a cell.
+        cell: f64,
+        /// The longest side of the box.
+        longest: f64,
+    },
     /// An option makes no sense.
     #[error("{option} must {demand}, not {value}")]
     BadOption {
@@ -115,7 +129,7 @@ fn no_level(iso: f64, below: usize, above: usize, undefined: usize) -> String {
         _ => Some(format!("{what} at {count} of {points} grid points")),
     };
     let parts: Vec<String> = kinds.into_iter().filter_map(part).collect();
-    format!("no point with F = {iso} in the box: {}", parts.join(", "))
+    format!("F does not cross {iso} in the box: {}", parts.join(", "))
 }
 
 /// The error that says what was seen instead of a zero.

@@ -24,6 +24,7 @@ mod grid;
 mod newton;
 mod octree;
 mod options;
+mod plateau;
 mod project;
 mod projection;
 mod quadtree;
@@ -122,7 +123,7 @@ pub fn polygonize(
         accuracy: accuracy(options),
         monitor,
     };
-    let (shape, seen, statistics) = match method {
+    let (shape, seen, mut statistics) = match method {
         Method::Bracketing => bracketing::find(&job)?,
         Method::Newton => newton::find(&job)?,
         Method::Squares => squares::march(&job)?,
@@ -143,6 +144,10 @@ pub fn polygonize(
     };
     if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));
+    }
+    (statistics.flat_places, statistics.probed_places) = plateau::plateau(&job, &shape);
+    if dimension == 3 && options.cap && statistics.cut_by_box {
+        statistics.capped_by = Some(options.bounds);
     }
     Ok(Polygonized {
         shape,

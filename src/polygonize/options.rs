@@ -85,6 +85,14 @@ impl Method {
         spaces.join(" and ")
     }
 
+    /// The names of the methods for so many dimensions, in quotes and joined by commas.
+    pub fn names_in(dimension: usize) -> String {
+        let own = Method::TABLE.iter();
+        let own = own.filter(|(_, _, dimensions)| dimensions.contains(&dimension));
+        let names: Vec<String> = own.map(|(_, name, _)| format!("\"{name}\"")).collect();
+        names.join(", ")
+    }
+
     fn entry(self) -> Option<&'static (Method, &'static str, &'static [usize])> {
         Method::TABLE.iter().find(|(method, ..)| *method == self)
     }
@@ -265,10 +273,15 @@ pub(super) fn check_options(options: &Options) -> Result<(), PolygonizeError> {
     if let Some(error) = options.error {
         demand(positive(error), "error", size, error)?;
     }
-    for &seed in &options.seeds {
-        let inside = options.bounds.contains(seed);
-        let outside = seed - seed.clamp(options.bounds.min, options.bounds.max);
-        demand(inside, "seeds", "lie in the box", outside.length())?;
+    let longest = options.bounds.size().max_element();
+    // A cell may exceed the box by what rounding makes of a side.
+    if options.cell > longest * (1.0 + 1e-12) {
+        let cell = options.cell;
+        return Err(PolygonizeError::CellTooLarge { cell, longest });
+    }
+    let mut seeds = options.seeds.iter().copied();
+    if let Some(seed) = seeds.find(|&seed| !options.bounds.contains(seed)) {
+        return Err(PolygonizeError::SeedOutside { seed });
     }
     demand(options.iso.is_finite(), "iso", "be finite", options.iso)
 }

@@ -2,6 +2,7 @@
 
 use super::edge_roots::{Kind, Root};
 use super::springs::Subordination;
+use crate::geometry::Bounds;
 
 /// The leaves of an octree, by level: level 0 are the largest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,6 +66,15 @@ pub struct Statistics {
     /// Facets of a mesh that are turned against F_x at their centre or have no area, as far as the
     /// method looks for them: dual contouring does.
     pub folded_facets: usize,
+    /// Facets of such a mesh that intersect others; counted where there are folded ones.
+    pub intersecting_facets: usize,
+    /// Places on a mesh or curve beside which F is the level, too, as far as some were looked at: there
+    /// the level set has an interior.
+    pub flat_places: usize,
+    /// How many places were looked at for that.
+    pub probed_places: usize,
+    /// The box along which a mesh is closed by caps, if it has any.
+    pub capped_by: Option<Bounds>,
     /// Whether enclosures prove that no component, and no root, was missed.
     pub proven: bool,
     /// How the adapted triangulation came out; none for other methods.
@@ -113,6 +123,10 @@ impl Statistics {
             domain_ends: self.domain_ends + other.domain_ends,
             undecided: self.undecided + other.undecided,
             folded_facets: self.folded_facets + other.folded_facets,
+            intersecting_facets: self.intersecting_facets + other.intersecting_facets,
+            flat_places: self.flat_places + other.flat_places,
+            probed_places: self.probed_places + other.probed_places,
+            capped_by: self.capped_by.or(other.capped_by),
             proven: self.proven && other.proven,
             may_miss_components: self.may_miss_components || other.may_miss_components,
             leaves: self.leaves.and(other.leaves),

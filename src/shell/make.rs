@@ -123,7 +123,8 @@ pub(super) fn make(
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     workspace.run()?;
     let field = workspace.field(subject.field.as_deref())?;
-    check_output(subject, function, field.dimension(), common)
+    let is_told = common.json || further == Further::Report;
+    check_output(subject, (function, is_told), field.dimension(), common)
         .map_err(|error| workspace.fail(&[*error]))?;
     let bounds = ("bounds", subject.bounds.as_deref());
     let mut options = Vec::new();
@@ -222,7 +223,7 @@ fn report(
 /// work whose result would be lost.
 fn check_output(
     subject: &Subject,
-    function: &str,
+    (function, is_told): (&str, bool),
     dimension: usize,
     common: &Common,
 ) -> Outcome<()> {
@@ -239,13 +240,13 @@ fn check_output(
             .and_then(|_| file::check_writable(&output_path(path, common), common.out.as_deref()))
             .map_err(|error| file_failure(&error)),
         // Measures of a mesh, curves or samples can be all that is wanted.
-        None if common.json => Ok(()),
+        None if is_told => Ok(()),
         None => {
             let message = format!("no file is named for the {kind}");
             let error = Diagnostic::error(Code::Usage, message);
             Err(Box::new(error.help(format!(
-                "name it with `-o`, as in `-o {example}`; `--json` without it prints the measures \
-                 only"
+                "name it with `-o`, as in `-o {example}`; `--json` without it, and `--report` of a \
+                 mesh, print the measures only"
             ))))
         }
     }

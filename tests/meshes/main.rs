@@ -39,6 +39,35 @@ assert(norm(m.centroid) < 1e-3)
 }
 
 #[test]
+fn what_closes_a_mesh_along_its_box_is_no_part_of_its_deviation() {
+    holds(
+        "field ball(x, y, z) over [-1.5..1.5, -1.5..1.5, 0..1.5] = x^2 + y^2 + z^2 - 1
+for method in [\"dual\", \"cubes\", \"octree\"] {
+    let half = polygonize(ball, method = method, cell = 0.1)
+    assert(half.watertight)
+    let d = deviation(half, ball)
+    # The disk at z = 0 has the area pi, and its facets are at most as large as half a cell.
+    assert(d.capped > 600 and d.turned == 0 and d.vertex_max < 1e-8)
+    # A facet with the sides h is at most h^2/2 by the curvature away, by a cell's diagonal here.
+    assert(d.facet_max < 0.173^2/2)
+    assert(deviation(polygonize(ball, method = method, cell = 0.1, cap = false), ball).capped == 0)
+}
+",
+    );
+}
+
+#[test]
+fn a_level_set_with_an_interior_is_told_of() {
+    let flat =
+        "field flat(x, y) over -1..1 = max(norm([x, y]) - 0.7, 0) - max(0.3 - norm([x, y]), 0)\n";
+    let run = script(&format!("{flat}print(polygonize(flat).components)\n"));
+    assert!(run.stderr.contains("W0820"), "{}", run.stderr);
+    let ring = "field ring(x, y) over -1..1 = abs(norm([x, y]) - 0.5) - 0.1\n";
+    let run = script(&format!("{ring}print(polygonize(ring).components)\n"));
+    assert!(!run.stderr.contains("W0820"), "{}", run.stderr);
+}
+
+#[test]
 fn simplified_meshes_keep_their_topology() {
     holds(
         "field double(x, y, z) over -1.3..1.3 = (x^2*(1 - x^2) - y^2)^2 + z^2 - 0.01
@@ -93,6 +122,30 @@ fn what_cannot_be_measured_or_made_is_an_error() {
         assert!(run.stderr.contains(words), "{text}: {}", run.stderr);
     };
     fails("simplify(m)", "needs `count` or `error`");
+    fails(
+        "polygonize(torus, cell = 4)",
+        "more than the longest side of the box, 3",
+    );
+    fails(
+        "polygonize(torus, resolution = 0.5)",
+        "more than the longest side",
+    );
+    fails(
+        "polygonize(torus, method = \"cube\")",
+        "did you mean \"cubes\"?",
+    );
+    fails(
+        "polygonize(torus, method = \"squares\")",
+        "in R3 there are \"cubes\"",
+    );
+    let seeds =
+        |points: &str| format!("polygonize(torus, method = \"continuation\", seeds = {points})");
+    fails(&seeds("[]"), "there are no seeds");
+    fails(
+        &seeds("[[0, 5, 0]]"),
+        "the seed [0, 5, 0] is not in the box",
+    );
+    fails("polygonize(torus, cell = 1e-5)", "`--limit cells=N`");
     fails("quality(torus)", "`m` must be a mesh");
     fails("deviation(m, (x, y) -> x)", "a mesh lies in R3");
     fails("remesh(m, torus, length = 1e-9)", "more than 1e8 triangles");
@@ -122,6 +175,8 @@ fn the_command_line_reports_all_measures() {
     ] {
         assert!(text.lines().any(|found| found == line), "{line}:\n{text}");
     }
+    let words = ["mesh", "torus.imp", "--cell", "0.1", "--report"];
+    assert_eq!(imp_in(folder.path(), &words).well().stdout, text);
     let words = [
         "mesh",
         "torus.imp",

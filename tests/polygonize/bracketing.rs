@@ -293,7 +293,7 @@ fn nothing_found_says_what_was_seen() {
     assert_eq!(seen(&line(|x| (-x * x - 1.0, -2.0 * x))), [65, 0, 0]);
     assert_eq!(seen(&line(|_| (f64::NAN, f64::NAN))), [0, 0, 65]);
     let message = roots(&line(|x| (x * x + 1.0, 2.0 * x)), &options, &Silent).unwrap_err();
-    let expected = "no point with F = 0 in the box: F ≥ 0 at all 65 grid points";
+    let expected = "F does not cross 0 in the box: F ≥ 0 at all 65 grid points";
     assert_eq!(message.to_string(), expected);
 }
 

@@ -27,7 +27,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "deviation",
         &["m", "f", "iso = 0"],
-        "How far a mesh is from the level set f = iso, to first order: the greatest and the root mean square |f - iso|/|grad f| at the vertices (`vertex_max`, `vertex_rms`) and at the centres of the facets (`facet_max`, `facet_rms`); the greatest and the mean angle between a facet and the level sets at its centre, in degrees (`normal_max`, `normal_mean`); `turned`, how many facets face inwards; and `undefined`, at how many of these points f has no such distance.",
+        "How far a mesh is from the level set f = iso, to first order: the greatest and the root mean square |f - iso|/|grad f| at the vertices (`vertex_max`, `vertex_rms`) and at the centres of the facets (`facet_max`, `facet_rms`); the greatest and the mean angle between a facet and the level sets at its centre, in degrees (`normal_max`, `normal_mean`); `turned`, how many facets face inwards; `undefined`, at how many of these points f has no such distance; and `capped`, how many facets were left out because they close the mesh along its box.",
         deviation,
     ),
     action(
@@ -81,13 +81,19 @@ fn quality(_: &mut Session, arguments: &Arguments) -> Outcome<Value> {
 fn deviation(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let (set, field) = mesh_and_field(session, arguments)?;
     let iso = arguments.number(session, "iso")?.unwrap_or(0.0);
-    let mesh = &set.mesh;
+    let capped_by = set.statistics.and_then(|told| told.capped_by);
+    let parts = capped_by.map(|bounds| set.mesh.without_sides(&bounds));
+    let (mesh, capped) = match &parts {
+        Some((mesh, capped)) => (mesh, *capped),
+        None => (&set.mesh, 0),
+    };
     let at_vertices = values_at(&field, iso, &mesh.positions);
     let at_centers = values_at(&field, iso, &mesh.facet_centers());
     Ok(Value::Report(Rc::new(ReportSet {
         quality: None,
         self_intersections: None,
         deviation: Some(mesh.deviation(&at_vertices, &at_centers)),
+        capped: Some(capped),
     })))
 }
 

@@ -12,6 +12,7 @@ use self::warnings::{
 use super::extent::found_bounds;
 use super::samples::{common_box, no_common_zero, points_of, sample_failure};
 use super::{Arguments, Builtin, action, methods, pure};
+use crate::diagnostic::suggest::nearest;
 use crate::diagnostic::{Code, Diagnostic};
 use crate::engine::{CompiledField, Monitor};
 use crate::geometry::Bounds;
@@ -211,10 +212,15 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         options.split = split_of(arguments, &split)?;
     }
     if let Some(seeds) = arguments.plain(session, "seeds")? {
-        options.seeds = points_of(&seeds, bounds.dimension).ok_or_else(|| {
+        let points = points_of(&seeds, bounds.dimension).ok_or_else(|| {
             let expected = "points, as in `[[0, 0, 1], [0, 0, -1]]`, or samples";
             arguments.expected(expected, "seeds", &seeds)
         })?;
+        if points.is_empty() {
+            let message = "there are no seeds; without `seeds` all components are looked for";
+            return Err(arguments.bad("seeds", message.to_owned()));
+        }
+        options.seeds = points;
     }
     options.cell_limit = usize::try_from(session.limits.cells).unwrap_or(usize::MAX);
     let monitor = &session.monitor();
@@ -375,13 +381,18 @@ fn method_argument(arguments: &Arguments) -> Outcome<Option<Method>> {
     match Method::named(&name) {
         Some(method) => Ok(Some(method)),
         None => {
-            let names = Method::TABLE.iter();
-            let names: Vec<String> = names.map(|(_, name, _)| format!("\"{name}\"")).collect();
-            let message = format!(
-                "there is no polygonizer `{name}`; there are {}",
-                names.join(", ")
-            );
-            Err(arguments.bad("method", message))
+            let names = Method::TABLE.iter().map(|(_, name, _)| *name);
+            let mut failure = arguments.bad("method", format!("there is no polygonizer `{name}`"));
+            failure.help = Some(match nearest(&name, names) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => {
+                    let spaces = (1..=3).map(|dimension| {
+                        format!("in R{dimension} {}", Method::names_in(dimension))
+                    });
+                    format!("there are {}", spaces.collect::<Vec<_>>().join("; "))
+                }
+            });
+            Err(failure)
         }
     }
 }
@@ -432,12 +443,21 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure
         }
         PolygonizeError::TooManyCells { .. } => {
+            let message = format!("{message}, which `--limit cells=N` raises");
             let mut failure = failure(Code::CellLimit, message).at(arguments.span, "here");
-            failure.help = Some(
-                "use larger cells or a smaller box, or raise it with `--limit cells=N`".into(),
-            );
+            failure.help = Some("larger cells or a smaller box need fewer".into());
             failure
         }
+        PolygonizeError::CellTooLarge { .. } => {
+            let name = match arguments.given("cell") {
+                Some(_) => "cell",
+                None => "resolution",
+            };
+            let mut failure = arguments.bad(name, message);
+            failure.help = Some("use smaller cells, or a larger box".into());
+            failure
+        }
+        PolygonizeError::SeedOutside { .. } => arguments.bad("seeds", message),
         PolygonizeError::TooManyVertices { .. } => {
             failure(Code::CellLimit, message).at(arguments.span, "here")
         }
@@ -445,7 +465,12 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
         PolygonizeError::WrongDimension { .. } => {
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
-        PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
+        PolygonizeError::WrongMethod { dimension, .. } => {
+            let mut failure = arguments.bad("method", message);
+            let names = Method::names_in(dimension);
+            failure.help = Some(format!("in R{dimension} there are {names}"));
+            failure
+        }
         PolygonizeError::NotForCurves { .. } => arguments.bad("method", message),
         PolygonizeError::NoCurve => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")

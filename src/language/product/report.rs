@@ -13,6 +13,8 @@ pub struct ReportSet {
     pub self_intersections: Option<usize>,
     /// How far it is from a field's surface.
     pub deviation: Option<Deviation>,
+    /// How many facets were left out of that, because they close the mesh along its box.
+    pub capped: Option<usize>,
 }
 
 impl ReportSet {
@@ -22,6 +24,7 @@ impl ReportSet {
             quality: mesh.quality(),
             self_intersections: Some(mesh.self_intersecting_triangles()),
             deviation: None,
+            capped: None,
         }
     }
 }
@@ -67,6 +70,7 @@ pub(super) const REPORT: &[Property<ReportSet>] = &[
     shown("undefined", |set| {
         of_deviation(set, |d| (d.vertices.undefined + d.facets.undefined) as f64)
     }),
+    shown("capped", |set| count(set.capped?)),
 ];
 
 /// Properties of a mesh that tell more of it than summaries do.

@@ -74,6 +74,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     statistics.cut_by_box = more.cut_by_box;
     statistics.max_residual = more.max_residual;
     statistics.folded_facets = more.folded_facets;
+    statistics.intersecting_facets = more.intersecting_facets;
     Ok((Shape::Mesh(mesh), seen, statistics))
 }
 
@@ -114,10 +115,15 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     merge::collapse(&mut mesh, &moved);
     mesh.drop_unused_vertices();
     let repaired = repair::repair((job, &mut field), &mut mesh);
+    let intersecting = match repaired.folded {
+        0 => 0,
+        _ => mesh.self_intersecting_triangles(),
+    };
     let residual = |vertex: &place::Vertex| vertex.residual;
     let statistics = Statistics {
         evaluations: evaluations + repaired.evaluations,
         folded_facets: repaired.folded,
+        intersecting_facets: intersecting,
         cut_by_box,
         // NaN, of vertices where F is not smooth or not defined, takes no part.
         max_residual: vertices.iter().map(residual).fold(0.0, f64::max),

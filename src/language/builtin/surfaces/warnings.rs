@@ -6,6 +6,14 @@ use crate::language::builtin::Arguments;
 use crate::language::session::Session;
 use crate::polygonize::{self, Method, Polygonized, Roots, Shape, Undecided};
 
+/// Warns of what was made by a call.
+fn warn(session: &mut Session, arguments: &Arguments, code: Code, message: String, help: &str) {
+    let warning = Diagnostic::warning(code, message)
+        .label(arguments.span, "made here")
+        .help(help);
+    session.host.warn(warning);
+}
+
 /// Warns of what is unusual about the level set of a field.
 pub(super) fn warn_about_mesh(
     session: &mut Session,
@@ -13,12 +21,7 @@ pub(super) fn warn_about_mesh(
     statistics: &polygonize::Statistics,
     options: &polygonize::Options,
 ) {
-    let mut warn = |code, message: String, help: &str| {
-        let warning = Diagnostic::warning(code, message)
-            .label(arguments.span, "made here")
-            .help(help);
-        session.host.warn(warning);
-    };
+    let mut warn = |code, message, help| warn(session, arguments, code, message, help);
     if statistics.nan_points > 0 {
         warn(
             Code::NanRegion,
@@ -65,10 +68,21 @@ pub(super) fn warn_about_mesh(
         warn(
             Code::FoldedFacets,
             format!(
-                "{} facets are turned over or have no area",
-                statistics.folded_facets
+                "{} facets are turned over or have no area, and {} intersect others",
+                statistics.folded_facets, statistics.intersecting_facets
             ),
             "where the solid is thinner than a cell, smaller cells help",
+        );
+    }
+    if statistics.flat_places > 0 {
+        warn(
+            Code::Plateau,
+            format!(
+                "the field is {} not only on the level set: at {} of {} places it is so beside it, too",
+                options.iso, statistics.flat_places, statistics.probed_places
+            ),
+            "where a field is constant, only the border of the constant region is found: give the \
+             field a slope there",
         );
     }
     let moving = (statistics.subordination).filter(|springs| !springs.at_rest);
@@ -91,12 +105,7 @@ pub(super) fn warn_about_vertices(
     statistics: &polygonize::Statistics,
     options: &polygonize::Options,
 ) {
-    let mut warn = |code, message: String, help: &str| {
-        let warning = Diagnostic::warning(code, message)
-            .label(arguments.span, "made here")
-            .help(help);
-        session.host.warn(warning);
-    };
+    let mut warn = |code, message, help| warn(session, arguments, code, message, help);
     if statistics.left_out > 0 && !options.samples.is_empty() {
         warn(
             Code::DroppedPoints,
@@ -153,10 +162,8 @@ pub(super) fn warn_not_proven(
         0 => "not all of the curve could be followed".to_owned(),
         cells => format!("{cells} small cells could not be decided"),
     };
-    let warning = Diagnostic::warning(Code::MaybeMissed, message)
-        .label(arguments.span, "made here")
-        .help("components as small as that may have been missed, as at crossings and cusps");
-    session.host.warn(warning);
+    let help = "components as small as that may have been missed, as at crossings and cusps";
+    warn(session, arguments, Code::MaybeMissed, message, help);
 }
 
 /// Names the places in which roots are not proven. Poles, jumps and gaps are warned of like those
