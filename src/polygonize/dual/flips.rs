@@ -162,7 +162,7 @@ fn distances(
 }
 
 /// Whether a triangle has an area and does not turn its back to the normal of a smooth corner.
-fn faces_outward(corners: [u32; 3], vertices: &[Vertex]) -> bool {
+pub(super) fn faces_outward(corners: [u32; 3], vertices: &[Vertex]) -> bool {
     let corners = corners.map(|corner| vertices[corner as usize]);
     let [a, b, c] = corners.map(|corner| corner.position);
     let normal = (b - a).cross(c - a);

@@ -12,6 +12,7 @@
 
 mod around;
 mod block;
+mod creases;
 mod facets;
 mod flips;
 mod improve;
@@ -104,6 +105,12 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     evaluations += improve::relax((job, &mut field), &facets, &around, &mut vertices);
     let mut triangles = triangulate(&facets, &vertices);
     evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
+    let all = (job, plan, &mut field);
+    let (is_split, more) = creases::split(all, &mut triangles, &mut vertices);
+    evaluations += more;
+    if is_split {
+        evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
+    }
     let cell = plan.lattice.side.min_element();
     merge::join_coinciding(&triangles, &mut vertices, cell);
     let moved = merge::merge(&triangles, &mut vertices);

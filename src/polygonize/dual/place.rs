@@ -430,7 +430,7 @@ pub(super) fn are_alike(normals: impl Iterator<Item = DVec3> + Clone) -> bool {
 /// Whether the roots are like those on a smooth surface, given F_x in their middle. One may see a
 /// sharp edge from equal distances on both sides, and all chords then are as on a cylinder; but F_x
 /// is that of one side or the other, and not the mean.
-fn is_curved(contacts: &[Contact], gradient: DVec3) -> bool {
+pub(super) fn is_curved(contacts: &[Contact], gradient: DVec3) -> bool {
     let mut widest: f64 = 1.0;
     for (number, one) in contacts.iter().enumerate() {
         for other in &contacts[..number] {
