@@ -129,7 +129,7 @@ fn seeds_that_lead_nowhere_are_errors() {
     }
     options.seeds = vec![DVec3::splat(1.5)];
     match surface(&field, &options) {
-        Err(PolygonizeError::BadOption { option, .. }) => assert_eq!(option, "seeds"),
+        Err(PolygonizeError::SeedOutside { seed }) => assert_eq!(seed, DVec3::splat(1.5)),
         other => panic!("{other:?}"),
     }
 }

@@ -1,6 +1,6 @@
-//! Which facets meet at a vertex.
+//! Which facets or triangles meet at a vertex.
 
-use super::facets::{Facet, Split};
+use super::facets::Patch;
 use super::place::Vertex;
 
 /// The facets around vertices.
@@ -11,9 +11,9 @@ pub(super) struct Around {
 
 impl Around {
     /// Of all facets; O(facets).
-    pub(super) fn new(facets: &[Facet], vertices: usize) -> Around {
+    pub(super) fn new(facets: &[impl Patch], vertices: usize) -> Around {
         let mut starts = vec![0u32; vertices + 1];
-        for &corner in facets.iter().flat_map(|facet| &facet.corners) {
+        for &corner in facets.iter().flat_map(Patch::corners) {
             starts[corner as usize + 1] += 1;
         }
         for vertex in 0..vertices {
@@ -22,7 +22,7 @@ impl Around {
         let mut next = starts.clone();
         let mut around = vec![0; starts[vertices] as usize];
         for (number, facet) in facets.iter().enumerate() {
-            for &corner in &facet.corners {
+            for &corner in facet.corners() {
                 around[next[corner as usize] as usize] = number as u32;
                 next[corner as usize] += 1;
             }
@@ -34,11 +34,7 @@ impl Around {
     }
 
     /// The facets around a vertex.
-    pub(super) fn of<'a>(
-        &'a self,
-        facets: &'a [Facet],
-        vertex: u32,
-    ) -> impl Iterator<Item = &'a Facet> {
+    pub(super) fn of<'a, P>(&'a self, facets: &'a [P], vertex: u32) -> impl Iterator<Item = &'a P> {
         let numbers = self.numbers(vertex).iter();
         numbers.map(|&number| &facets[number as usize])
     }
@@ -51,9 +47,14 @@ impl Around {
 }
 
 /// The shape of the worst triangle in the facets around a vertex.
-pub(super) fn worst(around: &Around, facets: &[Facet], vertices: &[Vertex], vertex: u32) -> f64 {
+pub(super) fn worst(
+    around: &Around,
+    facets: &[impl Patch],
+    vertices: &[Vertex],
+    vertex: u32,
+) -> f64 {
     let shapes = around
         .of(facets, vertex)
-        .map(|facet| Split::of(facet, vertices).fitness);
+        .map(|facet| facet.fitness(vertices));
     shapes.fold(1.0, f64::min)
 }

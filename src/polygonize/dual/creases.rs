@@ -7,7 +7,7 @@ use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::block::Plan;
-use super::facets::shape;
+use super::facets::Patch;
 use super::flips::faces_outward;
 use super::place::{Contact, Site, Vertex, are_alike, is_curved};
 use super::scattered::Scattered;
@@ -136,11 +136,7 @@ fn middle([one, other]: [Contact; 2]) -> DVec3 {
 }
 
 /// Gives up those splits that would turn a triangle over or leave it no area.
-fn drop_unsound(
-    triangles: &[[u32; 3]],
-    vertices: &[Vertex],
-    split: &mut FxHashMap<[u32; 2], u32>,
-) {
+fn drop_unsound(triangles: &[[u32; 3]], vertices: &[Vertex], split: &mut FxHashMap<[u32; 2], u32>) {
     let mut parts = Vec::new();
     loop {
         let mut unsound: Vec<[u32; 2]> = Vec::new();
@@ -182,7 +178,7 @@ fn add_parts(
             [Some(ab), Some(bc), None] => {
                 let first = [[a, ab, bc], [a, bc, c]];
                 let second = [[a, ab, c], [ab, bc, c]];
-                let worse = |pair: [[u32; 3]; 2]| pair.map(|part| fitness(part, vertices));
+                let worse = |pair: [[u32; 3]; 2]| pair.map(|part| part.fitness(vertices));
                 let worse = |pair| worse(pair).into_iter().fold(f64::INFINITY, f64::min);
                 parts.push([ab, b, bc]);
                 return parts.extend(if worse(first) >= worse(second) {
@@ -198,13 +194,4 @@ fn add_parts(
         }
     }
     parts.push(corners);
-}
-
-/// The shape of a triangle, less 1 if it faces away from the surface.
-fn fitness(corners: [u32; 3], vertices: &[Vertex]) -> f64 {
-    let shape = shape(corners.map(|corner| vertices[corner as usize].position));
-    match faces_outward(corners, vertices) {
-        true => shape,
-        false => shape - 1.0,
-    }
 }

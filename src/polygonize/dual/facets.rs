@@ -45,6 +45,43 @@ pub(super) struct Facet {
     pub(super) upward: bool,
 }
 
+/// A part of the mesh whose shape can be judged: a facet, or a triangle.
+pub(super) trait Patch: Sync {
+    /// Its vertices, counter-clockwise seen from outside.
+    fn corners(&self) -> &[u32];
+
+    /// The shape of its worst triangle (see [`shape`]); negative if one is folded.
+    fn fitness(&self, vertices: &[Vertex]) -> f64;
+}
+
+impl Patch for Facet {
+    fn corners(&self) -> &[u32] {
+        &self.corners
+    }
+
+    fn fitness(&self, vertices: &[Vertex]) -> f64 {
+        Split::of(self, vertices).fitness
+    }
+}
+
+impl Patch for [u32; 3] {
+    fn corners(&self) -> &[u32] {
+        self
+    }
+
+    /// It is folded if it faces away from the normal of a smooth corner.
+    fn fitness(&self, vertices: &[Vertex]) -> f64 {
+        let corners = self.map(|corner| vertices[corner as usize]);
+        let points = corners.map(|corner| corner.position);
+        let normal = (points[1] - points[0]).cross(points[2] - points[0]);
+        let mut smooth = corners.iter().filter(|corner| corner.rank == 1);
+        match smooth.any(|corner| corner.normal.dot(normal) < 0.0) {
+            true => shape(points) - 1.0,
+            false => shape(points),
+        }
+    }
+}
+
 /// A cell of the lattice by its block and its place in it.
 fn split(cell: [usize; 3]) -> ([usize; 3], [usize; 3]) {
     (

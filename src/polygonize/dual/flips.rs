@@ -100,7 +100,10 @@ fn near_sharp(triangles: &[[u32; 3]], vertices: &[Vertex]) -> Vec<usize> {
 }
 
 /// The corner across each directed edge, and the triangle's number.
-fn opposite_corners(triangles: &[[u32; 3]], near: &[usize]) -> FxHashMap<[u32; 2], (u32, usize)> {
+pub(super) fn opposite_corners(
+    triangles: &[[u32; 3]],
+    near: &[usize],
+) -> FxHashMap<[u32; 2], (u32, usize)> {
     let edges = near.iter().flat_map(|&number| {
         let [a, b, c] = triangles[number];
         [

@@ -9,18 +9,16 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::around::{Around, worst};
-use super::facets::{Facet, Split};
+use super::facets::Patch;
 use super::place::Vertex;
 use super::scattered::Scattered;
 use crate::polygonize::Job;
 use crate::polygonize::edge_roots::Root;
 use crate::polygonize::projection::{self, Start};
 
-/// Sweeps over the bad triangles.
-const SWEEPS: usize = 6;
-
-/// Triangles below this shape are improved, where 1 is equilateral.
-const GOOD: f64 = 0.6;
+/// How far vertices of bad triangles go toward where they should be, sweep by sweep: where a whole
+/// step would make other triangles worse, a part of it may do.
+const STEPS: [f64; 6] = [1.0, 1.0, 1.0, 0.5, 0.5, 0.25];
 
 /// Passes that take back moves which have made something worse.
 const REVIEWS: usize = 4;
@@ -28,18 +26,19 @@ const REVIEWS: usize = 4;
 /// At least so many facets and vertices are looked at together.
 const BATCH: usize = 1024;
 
-/// Moves vertices until the triangles around them are good; returns the number of evaluations.
+/// Moves vertices until the triangles around them have at least the shape `good`, where 1 is
+/// equilateral; returns the number of evaluations.
 pub(super) fn relax(
     (job, field): (&Job, &mut Scattered),
-    facets: &[Facet],
-    around: &Around,
+    (facets, around): (&[impl Patch], &Around),
+    good: f64,
     vertices: &mut [Vertex],
 ) -> usize {
     let mut evaluations = 0;
     let mut fitness: Vec<f64> = (facets.par_iter().with_min_len(BATCH))
-        .map(|facet| Split::of(facet, vertices).fitness)
+        .map(|facet| facet.fitness(vertices))
         .collect();
-    for _ in 0..SWEEPS {
+    for step in STEPS {
         if job.monitor.cancelled() {
             break;
         }
@@ -48,7 +47,7 @@ pub(super) fn relax(
             .with_min_len(BATCH)
             .filter(|&own| {
                 let mut facets = around.numbers(own).iter();
-                let is_bad = |&number: &u32| fitness[number as usize] < GOOD;
+                let is_bad = |&number: &u32| fitness[number as usize] < good;
                 vertices[own as usize].rank == 1 && facets.any(is_bad)
             })
             .collect();
@@ -56,7 +55,7 @@ pub(super) fn relax(
             break;
         }
         let targets = moving.par_iter().with_min_len(64);
-        let targets = targets.map(|&own| target(around, facets, vertices, own));
+        let targets = targets.map(|&own| target(around, facets, vertices, (own, step)));
         let (targets, count) = project((job, &mut *field), &targets.collect::<Vec<_>>());
         evaluations += count;
         let moved = moving.iter().copied().zip(targets);
@@ -64,7 +63,7 @@ pub(super) fn relax(
         accept(around, facets, vertices, moved.collect());
         for &number in moving.iter().flat_map(|&own| around.numbers(own)) {
             let facet = &facets[number as usize];
-            fitness[number as usize] = Split::of(facet, vertices).fitness;
+            fitness[number as usize] = facet.fitness(vertices);
         }
     }
     evaluations
@@ -73,7 +72,7 @@ pub(super) fn relax(
 /// Makes the moves, and takes those back that make the worst triangle around them worse.
 fn accept(
     around: &Around,
-    facets: &[Facet],
+    facets: &[impl Patch],
     vertices: &mut [Vertex],
     mut moved: Vec<(u32, Vertex)>,
 ) {
@@ -110,23 +109,28 @@ fn accept(
     }
 }
 
-/// Where a vertex should go: the middle of its neighbours, in its tangent plane.
-fn target(around: &Around, facets: &[Facet], vertices: &[Vertex], vertex: u32) -> Vertex {
+/// Where a vertex should go: a part of the way to the middle of its neighbours, in its tangent plane.
+fn target(
+    around: &Around,
+    facets: &[impl Patch],
+    vertices: &[Vertex],
+    (vertex, part): (u32, f64),
+) -> Vertex {
     let own = vertices[vertex as usize];
     let (mut sum, mut count) = (DVec3::ZERO, 0.0);
     for facet in around.of(facets, vertex) {
-        let at = facet
-            .corners
+        let corners = facet.corners();
+        let at = corners
             .iter()
             .position(|&corner| corner == vertex)
             .unwrap_or(0);
         // Each neighbour is in two facets, so that one of its two comes from each.
-        let next = facet.corners[(at + 1) % 4];
-        let across = facet.corners[(at + 2) % 4];
+        let next = corners[(at + 1) % corners.len()];
+        let across = corners[(at + 2) % corners.len()];
         sum += vertices[next as usize].position + 0.5 * vertices[across as usize].position;
         count += 1.5;
     }
-    let step = sum / count - own.position;
+    let step = part * (sum / count - own.position);
     Vertex {
         position: own.position + step - own.normal * own.normal.dot(step),
         ..own

@@ -4,7 +4,7 @@
 
 use rustc_hash::FxHashMap;
 
-use super::facets::shape;
+use super::facets::Patch;
 use super::place::Vertex;
 use crate::geometry::{DisjointSets, Mesh};
 
@@ -96,7 +96,7 @@ fn pull_between(triangles: &[[u32; 3]], vertices: &mut [Vertex], distance: f64) 
 /// Returns those that were moved, with what they were.
 pub(super) fn merge(triangles: &[[u32; 3]], vertices: &mut [Vertex]) -> Vec<(u32, Vertex)> {
     let bad: Vec<[u32; 3]> = (triangles.iter().copied())
-        .filter(|&corners| fitness(corners, vertices) < BAD)
+        .filter(|&corners| corners.fitness(vertices) < BAD)
         .collect();
     let mut around: FxHashMap<u32, Vec<[u32; 3]>> = FxHashMap::default();
     around.extend(bad.iter().flatten().map(|&corner| (corner, Vec::new())));
@@ -110,7 +110,7 @@ pub(super) fn merge(triangles: &[[u32; 3]], vertices: &mut [Vertex]) -> Vec<(u32
     let mut moved = Vec::new();
     for corners in bad {
         // It may have been mended together with another one.
-        if fitness(corners, vertices) < BAD {
+        if corners.fitness(vertices) < BAD {
             moved.extend(mend(corners, &around, vertices));
         }
     }
@@ -179,7 +179,7 @@ fn mend(
         };
         let left = |vertices: &[Vertex]| {
             let kept = fan.iter().filter(|corners| !corners.contains(&to));
-            let worst = kept.map(|&corners| fitness(corners, vertices));
+            let worst = kept.map(|&corners| corners.fitness(vertices));
             worst.fold(f64::INFINITY, f64::min)
         };
         let before = left(vertices);
@@ -190,18 +190,4 @@ fn mend(
         vertices[from as usize] = old;
     }
     None
-}
-
-/// The shape of a triangle; negative if it faces away from the normal of a smooth corner.
-fn fitness(corners: [u32; 3], vertices: &[Vertex]) -> f64 {
-    let corners = corners.map(|corner| vertices[corner as usize]);
-    let points = corners.map(|corner| corner.position);
-    let normal = (points[1] - points[0]).cross(points[2] - points[0]);
-    let mut smooth = corners.iter().filter(|corner| corner.rank == 1);
-    let is_folded = smooth.any(|corner| corner.normal.dot(normal) < 0.0);
-    if is_folded {
-        shape(points) - 1.0
-    } else {
-        shape(points)
-    }
 }

@@ -8,7 +8,10 @@
 //! The driver over boxes proves most of the box empty (`lattice` says how it is divided); what is
 //! left are blocks of cells, each done on its own with the field as it is pruned there (`block`).
 //! Vertices are placed on the surface (`place`, `quadric`), then joined (`facets`), and badly
-//! shaped triangles improved (`improve`). Cost and memory grow with the surface.
+//! shaped triangles improved (`improve`). Flips make sharp edges edges of the mesh (`flips`), those
+//! that no cell has seen are cut into it (`creases`), and what is thin beside them is improved again
+//! (`thin`). What is folded even so is mended or counted (`merge`, `repair`). Cost and memory grow
+//! with the surface.
 
 mod around;
 mod block;
@@ -25,6 +28,7 @@ mod repair;
 mod scattered;
 mod sharp_points;
 mod sharpen;
+mod thin;
 
 use rayon::prelude::*;
 
@@ -32,6 +36,7 @@ use self::around::Around;
 use self::block::{Block, Plan, Workshop};
 use self::facets::{Blocks, triangulate};
 use self::lattice::Lattice;
+use self::place::Vertex;
 use self::scattered::Scattered;
 pub(super) use self::sharp_points::{Loop, SharpPoint, are_smooth, sharp_points};
 use self::sharpen::{Known, sharpen};
@@ -79,6 +84,11 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     Ok((Shape::Mesh(mesh), seen, statistics))
 }
 
+/// Facets below this shape are improved, where 1 is equilateral, and beside sharp edges, once these
+/// are edges of the mesh, triangles below the second.
+const GOOD: f64 = 0.6;
+const FAIR: f64 = 0.4;
+
 /// The blocks as one mesh, and what that took.
 fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), PolygonizeError> {
     let count: usize = list.iter().map(|block| block.vertices.len()).sum();
@@ -102,7 +112,7 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     let mut field = Scattered::new(job.field, plan.lattice);
     evaluations += sharpen(&mut field, plan, &known, &mut vertices);
     drop(blocks);
-    evaluations += improve::relax((job, &mut field), &facets, &around, &mut vertices);
+    evaluations += improve::relax((job, &mut field), (&facets, &around), GOOD, &mut vertices);
     let mut triangles = triangulate(&facets, &vertices);
     evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
     let all = (job, plan, &mut field);
@@ -111,6 +121,7 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
     if is_split {
         evaluations += flips::flip((job, &mut field), &mut triangles, &vertices);
     }
+    evaluations += even_out((job, &mut field), &mut triangles, &mut vertices);
     let cell = plan.lattice.side.min_element();
     merge::join_coinciding(&triangles, &mut vertices, cell);
     let moved = merge::merge(&triangles, &mut vertices);
@@ -137,6 +148,21 @@ fn join(job: &Job, plan: &Plan, list: Vec<Block>) -> Result<(Mesh, Statistics), 
         ..Statistics::default()
     };
     Ok((mesh, statistics))
+}
+
+/// Better triangles beside sharp edges, once these are edges of the mesh; returns the number of
+/// evaluations.
+fn even_out(
+    (job, field): (&Job, &mut Scattered),
+    triangles: &mut [[u32; 3]],
+    vertices: &mut [Vertex],
+) -> usize {
+    if vertices.iter().all(|vertex| vertex.rank == 1) {
+        return 0;
+    }
+    thin::flip(FAIR, triangles, vertices);
+    let around = Around::new(triangles, vertices.len());
+    improve::relax((job, field), (&*triangles, &around), FAIR, vertices)
 }
 
 /// Whether the box cuts the level set in this block.
