@@ -22,7 +22,7 @@ use crate::syntax::tree::Name;
 
 pub use elastic::FallSet;
 pub use motion::{FitSet, SimulationSet, Warned};
-pub use report::ReportSet;
+pub use report::{BrickTotals, ReportSet};
 
 /// Samples and how they came about.
 #[derive(Debug)]
@@ -515,7 +515,9 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
             }
             Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
             Value::Report(_) => {
-                "`quality` measures triangles, `deviation` the distance from a field's surface".into()
+                "`quality` measures triangles, `deviation` the distance from a field's surface, \
+                 `export_bricks` what it wrote"
+                    .into()
             }
             Value::Mesh(set) if set.statistics.is_none() => {
                 "some are defined for closed and manifold meshes only, others for what \
