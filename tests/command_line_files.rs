@@ -136,6 +136,65 @@ fn the_output_of_mesh_and_sample_goes_below_the_output_directory() {
 }
 
 #[test]
+fn bricks_are_files_of_their_own() {
+    let folder = folder_with_ball();
+    let words = "mesh ball.imp --resolution 26 --bricks 13 -o parts/b.ply --json --out build";
+    let words: Vec<&str> = words.split(' ').collect();
+    fs::create_dir_all(folder.path().join("build/parts")).unwrap();
+    let told = imp_in(folder.path(), &words).well().json();
+    assert_eq!((&told["files"], &told["bricks"]), (&json!(8), &json!(8)));
+    let expected = Path::new("build").join("parts/b.ply");
+    assert_eq!(told["output"], json!(expected.to_str().unwrap()));
+    for place in ["0-0-0", "1-0-0", "0-1-1", "1-1-1"] {
+        let name = format!("build/parts/b-{place}.ply");
+        assert!(folder.path().join(&name).exists(), "{name}");
+    }
+    assert!(!folder.path().join(&expected).exists());
+    // The same measures as in one piece.
+    let whole = [
+        "mesh",
+        "ball.imp",
+        "--resolution",
+        "26",
+        "--method",
+        "cubes",
+        "--json",
+    ];
+    let whole = imp_in(folder.path(), &whole).well().json();
+    assert_eq!(told["triangles"], whole["triangles"]);
+    let close = |name: &str| {
+        let [one, other] = [&told, &whole].map(|told| told[name].as_f64().unwrap());
+        (one - other).abs() < 1e-12 * other
+    };
+    assert!(close("area") && close("volume"), "{told} {whole}");
+    // Nothing is told of each file, and one line of all of them.
+    let words = [
+        "mesh",
+        "ball.imp",
+        "--resolution",
+        "26",
+        "--bricks",
+        "13",
+        "-o",
+        "b.ply",
+    ];
+    let run = imp_in(folder.path(), &words).well();
+    assert_eq!(run.stdout.lines().count(), 1, "{}", run.stdout);
+    assert_eq!(run.stderr, "");
+    for option in ["--method", "--snap", "--bricks=0", "--split=6"] {
+        let mut more = words.to_vec();
+        match option {
+            "--method" => more.extend(["--method", "dual"]),
+            "--bricks=0" => more[5] = "0",
+            option => more.push(option),
+        }
+        assert_eq!(imp_in(folder.path(), &more).code, 1, "{option}");
+    }
+    let without_name = ["mesh", "ball.imp", "--bricks", "13", "--json"];
+    assert_eq!(imp_in(folder.path(), &without_name).code, 2);
+}
+
+#[test]
 fn a_format_that_cannot_hold_the_result_is_refused_before_the_work() {
     let folder = folder_with_ball();
     let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();

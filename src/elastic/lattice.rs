@@ -18,7 +18,7 @@ use super::fitting::{self, Target};
 use super::simplex::measure;
 use super::{ElasticError, simplex};
 use crate::engine::{Field, Monitor};
-use crate::geometry::{Bounds, Curves, Mesh};
+use crate::geometry::{Bounds, Curves, Mesh, Solid};
 
 /// A node that is nearer to the surface than this part of a cell's side lies on it.
 const SHALLOW: f64 = 0.25;
@@ -168,6 +168,32 @@ impl Lattice {
             measure(self.dimension, corners)
         });
         measures.sum()
+    }
+
+    /// The Euler characteristic: 1 for a ball, 0 for a solid ring.
+    ///
+    /// Every face of a simplex is one of two, or of the boundary.
+    pub fn euler_characteristic(&self) -> i64 {
+        let [nodes, edges, simplices, outer] = [
+            self.nodes.len(),
+            self.springs.len(),
+            self.simplices.len(),
+            self.boundary.len(),
+        ]
+        .map(|count| count as i64);
+        match self.dimension {
+            2 => nodes - edges + simplices,
+            _ => nodes - edges + (4 * simplices + outer) / 2 - simplices,
+        }
+    }
+
+    /// The simplices alone.
+    pub fn solid(&self) -> Solid {
+        Solid {
+            dimension: self.dimension,
+            nodes: self.nodes.clone(),
+            simplices: self.simplices.clone(),
+        }
     }
 
     /// The least quality of a simplex: see [`simplex::quality`].

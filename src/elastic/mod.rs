@@ -10,11 +10,13 @@ mod boundary;
 mod fall;
 mod fitting;
 mod lattice;
+mod relaxation;
 pub mod simplex;
 
 pub use body::{Body, Energy, Ground, Material};
 pub use fall::{Drop, Fall, Frame};
 pub use lattice::{Division, Lattice, Remarks};
+pub use relaxation::Relaxation;
 
 use thiserror::Error;
 

@@ -2,14 +2,7 @@
 
 use glam::DVec3;
 
-/// The signed volume of a tetrahedron, or the signed area of a triangle, whose last corner is
-/// repeated.
-pub fn measure(dimension: usize, [a, b, c, d]: [DVec3; 4]) -> f64 {
-    match dimension {
-        2 => 0.5 * (b - a).cross(c - a).z,
-        _ => (b - a).dot((c - a).cross(d - a)) / 6.0,
-    }
-}
+pub use crate::geometry::simplex_measure as measure;
 
 /// The derivatives of the [`measure`] with respect to the corners after the first. That with respect to
 /// the first is the negative of their sum, since a translation changes nothing. Of a triangle the third

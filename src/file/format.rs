@@ -7,7 +7,7 @@ use std::path::Path;
 use super::reading::{ReadError, Wrong};
 use super::vm::FieldRoot;
 use super::{FileError, csv, dxf, glb, obj, off, ply, png, stl, svg, threemf, vm, vtk};
-use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Samples, Solid};
 use crate::graph::{Graph, NodeId};
 
 /// Turns a value into the bytes of a file.
@@ -40,6 +40,7 @@ pub struct Format {
     pub(super) plane_curves: Option<Writer<Curves>>,
     pub(super) space_curves: Option<Writer<Curves>>,
     pub(super) samples: Option<Writer<Samples>>,
+    pub(super) solid: Option<Writer<Solid>>,
     pub(super) image: Option<Writer<Image>>,
     pub(super) animation: Option<Writer<Animation>>,
     pub(super) reader: Option<Reader>,
@@ -54,6 +55,7 @@ const EMPTY: Format = Format {
     plane_curves: None,
     space_curves: None,
     samples: None,
+    solid: None,
     image: None,
     animation: None,
     reader: None,
@@ -131,8 +133,9 @@ pub static FORMATS: &[Format] = &[
         name: "VTU",
         extensions: &["vtu"],
         documentation: "VTK's XML for unstructured grids, in double precision: a mesh with normals \
-                        as cells.",
+                        as cells, a solid as tetrahedra or triangles.",
         mesh: Some(vtk::write_cells),
+        solid: Some(vtk::write_solid),
         ..EMPTY
     },
     Format {
@@ -234,6 +237,7 @@ impl Format {
             (self.plane_curves.is_some(), "plane curves"),
             (self.space_curves.is_some(), "curves in space"),
             (self.samples.is_some(), "samples"),
+            (self.solid.is_some(), "solids"),
             (self.image.is_some(), "pictures"),
             (self.animation.is_some(), "animations"),
         ];

@@ -35,7 +35,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::geometry::{Animation, Curves, Image, Mesh, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Samples, Solid};
 use crate::graph::{Graph, NodeId};
 pub use font::Outline;
 pub use format::{FORMATS, Format};
@@ -177,6 +177,14 @@ fn describe_extension(extension: &str) -> String {
 /// says why not and nothing has changed on the disk.
 pub fn write_mesh(path: &Path, mesh: &Mesh, limit: u64) -> Result<u64, FileError> {
     write_value(path, mesh, limit, "meshes", |format| format.mesh)
+}
+
+/// Writes a solid as tetrahedra or triangles in the format that the extension names.
+///
+/// The file appears whole, with at most `limit` bytes, and their number is given; or an error
+/// says why not and nothing has changed on the disk.
+pub fn write_solid(path: &Path, solid: &Solid, limit: u64) -> Result<u64, FileError> {
+    write_value(path, solid, limit, "solids", |format| format.solid)
 }
 
 /// Writes curves in the format that the extension names.
@@ -388,7 +396,7 @@ mod tests {
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         type Written = fn(&Path) -> Result<u64, FileError>;
-        let values: [(&str, Written); 6] = [
+        let values: [(&str, Written); 7] = [
             ("animations", |path| {
                 write_animation(path, &test_values::animation(), u64::MAX)
             }),
@@ -403,6 +411,9 @@ mod tests {
             }),
             ("samples", |path| {
                 write_samples(path, &test_values::samples(), u64::MAX)
+            }),
+            ("solids", |path| {
+                write_solid(path, &test_values::solid(), u64::MAX)
             }),
             ("pictures", |path| {
                 write_image(path, &test_values::image(), u64::MAX)
@@ -430,7 +441,7 @@ mod tests {
         let expected = "OBJ meshes, OBJ plane curves, OBJ curves in space, OBJ samples, \
                         STL meshes, PLY meshes, PLY samples, OFF meshes, GLB meshes, 3MF meshes, \
                         VTP meshes, VTP plane curves, VTP curves in space, VTP samples, VTU meshes, \
-                        CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
+                        VTU solids, CSV plane curves, CSV curves in space, CSV samples, SVG plane curves, \
                         DXF plane curves, \
                         PNG animations, PNG pictures";
         assert_eq!(written.join(", "), expected);

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::geometry::{Animation, Curves, Image, Mesh, Polyline, Samples};
+use crate::geometry::{Animation, Curves, Image, Mesh, Polyline, Samples, Solid};
 
 /// Numbers whose shortest text is long, tiny, huge, negative or zero.
 const AWKWARD: [f64; 9] = [
@@ -146,4 +146,19 @@ pub(super) fn text<T>(
     value: &T,
 ) -> String {
     String::from_utf8(bytes(writer, value)).unwrap()
+}
+
+/// Two tetrahedra with a common face.
+pub(super) fn solid() -> Solid {
+    Solid {
+        dimension: 3,
+        nodes: vec![
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::Y,
+            DVec3::Z,
+            DVec3::splat(0.1 + 0.9),
+        ],
+        simplices: vec![[0, 1, 2, 3], [1, 2, 3, 4]],
+    }
 }

@@ -8,10 +8,13 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 
-use crate::geometry::{Curves, Mesh, Samples};
+use crate::geometry::{Curves, Mesh, Samples, Solid};
 
 /// VTK's number for a cell that is a triangle.
 const TRIANGLE: u8 = 5;
+
+/// The same for a tetrahedron.
+const TETRAHEDRON: u8 = 10;
 
 /// Polygons, with normals at the points if there are any.
 pub(super) fn write_mesh(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()> {
@@ -29,6 +32,32 @@ pub(super) fn write_cells(output: &mut dyn Write, mesh: &Mesh) -> io::Result<()>
     document.counts.push(("NumberOfCells", triangles));
     let mut cells = triangle_cells(mesh);
     cells.push(Array::new("types", Values::Types(TRIANGLE, triangles)));
+    document.sections.push(("Cells", cells));
+    document.write(output)
+}
+
+/// The simplices of a solid as cells.
+pub(super) fn write_solid(output: &mut dyn Write, solid: &Solid) -> io::Result<()> {
+    let mut document = Document::new("UnstructuredGrid", &solid.nodes, Vec::new());
+    let count = solid.simplices.len();
+    let (kind, corners) = match solid.dimension {
+        2 => (TRIANGLE, 3),
+        _ => (TETRAHEDRON, 4),
+    };
+    let nodes = solid.simplices.iter();
+    let nodes = nodes.flat_map(|simplex| simplex.iter().take(corners));
+    let nodes = nodes.map(|&node| node.into()).collect();
+    let ends = Values::Multiples {
+        of: corners,
+        from: 1,
+        count,
+    };
+    document.counts.push(("NumberOfCells", count));
+    let cells = vec![
+        Array::new("connectivity", Values::Integers(nodes)),
+        Array::new("offsets", ends),
+        Array::new("types", Values::Types(kind, count)),
+    ];
     document.sections.push(("Cells", cells));
     document.write(output)
 }
@@ -304,7 +333,7 @@ impl<'a> Document<'a> {
 #[cfg(test)]
 mod tests {
     use super::super::test_values::{
-        bytes, mesh, mesh_without_normals, plane_curves, samples, samples_of_lines,
+        bytes, mesh, mesh_without_normals, plane_curves, samples, samples_of_lines, solid,
     };
     use super::*;
 
@@ -387,6 +416,23 @@ mod tests {
         assert_eq!(names(&found), expected);
         assert_eq!(integers(&values[2]), [3, 6, 9]);
         assert_eq!(values[3], [5, 5, 5]);
+    }
+
+    #[test]
+    fn solids_are_cells_of_their_dimension() {
+        let mut solid = solid();
+        let (head, _, values) = read(&bytes(write_solid, &solid));
+        assert!(head.contains("<Piece NumberOfPoints=\"5\" NumberOfCells=\"2\">"));
+        assert_eq!(doubles(&values[0]), flat(&solid.nodes));
+        assert_eq!(integers(&values[1]), [0, 1, 2, 3, 1, 2, 3, 4]);
+        assert_eq!(integers(&values[2]), [4, 8]);
+        assert_eq!(values[3], [10, 10]);
+        solid.dimension = 2;
+        solid.simplices = vec![[0, 1, 2, 2], [2, 1, 3, 3]];
+        let (_, _, values) = read(&bytes(write_solid, &solid));
+        assert_eq!(integers(&values[1]), [0, 1, 2, 2, 1, 3]);
+        assert_eq!(integers(&values[2]), [3, 6]);
+        assert_eq!(values[3], [5, 5]);
     }
 
     #[test]

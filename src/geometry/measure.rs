@@ -30,7 +30,12 @@ impl Mesh {
     /// the bounds, which says little. NaN if a position is not finite.
     pub fn volume(&self) -> f64 {
         // A closed mesh has the same volume about every apex; one nearby loses fewer digits.
-        let apex = self.apex();
+        self.volume_from(self.apex())
+    }
+
+    /// The signed volume between the triangles and a point: that of parts of a mesh adds up to that of
+    /// the whole.
+    pub fn volume_from(&self, apex: DVec3) -> f64 {
         sum(self.corners().map(|corners| {
             let [a, b, c] = corners.map(|corner| corner - apex);
             a.dot(b.cross(c)) / 6.0

@@ -9,6 +9,7 @@ mod curves;
 mod image;
 mod mesh;
 mod samples;
+mod simplex;
 
 mod collapse;
 mod delaunay;
@@ -40,6 +41,7 @@ pub use neighbours::{Spacing, nearest_distances};
 pub use quality::Quality;
 pub use remesh::{Project, Remeshing};
 pub use samples::Samples;
+pub use simplex::{Solid, radius_ratio, simplex_measure};
 pub use simplify::{Goal, RefineError, Simplified};
 pub use topology::Topology;
 

@@ -20,9 +20,9 @@ use crate::polygonize;
 use crate::sample;
 use crate::syntax::tree::Name;
 
-pub use elastic::FallSet;
+pub use elastic::{FallSet, SolidSet};
 pub use motion::{FitSet, SimulationSet, Warned};
-pub use report::ReportSet;
+pub use report::{BrickTotals, ReportSet};
 
 /// Samples and how they came about.
 #[derive(Debug)]
@@ -399,6 +399,7 @@ pub fn property(value: &Value, name: &str) -> Option<Value> {
         Value::Simulation(set) => find(motion::SIMULATION, set, name),
         Value::Fit(set) => find(motion::FIT, set, name),
         Value::Fall(set) => find(elastic::FALL, set, name),
+        Value::Solid(set) => find(elastic::SOLID, set, name),
         Value::Report(set) => find(report::REPORT, set, name),
         _ => None,
     }
@@ -421,6 +422,7 @@ pub fn summary(value: &Value) -> Vec<(&'static str, Value)> {
         Value::Simulation(set) => shown_values(motion::SIMULATION, set),
         Value::Fit(set) => shown_values(motion::FIT, set),
         Value::Fall(set) => shown_values(elastic::FALL, set),
+        Value::Solid(set) => shown_values(elastic::SOLID, set),
         Value::Report(set) => shown_values(report::REPORT, set),
         _ => Vec::new(),
     }
@@ -454,6 +456,10 @@ pub fn property_names(value: &Value) -> Vec<&'static str> {
             .collect(),
         Value::Fit(_) => motion::FIT.iter().map(|property| property.name).collect(),
         Value::Fall(_) => elastic::FALL.iter().map(|property| property.name).collect(),
+        Value::Solid(_) => elastic::SOLID
+            .iter()
+            .map(|property| property.name)
+            .collect(),
         Value::Report(_) => report::REPORT
             .iter()
             .map(|property| property.name)
@@ -483,6 +489,7 @@ pub fn all_properties() -> Vec<(&'static str, &'static str)> {
         .chain(named("a simulation", motion::SIMULATION))
         .chain(named("a fit", motion::FIT))
         .chain(named("a fall", elastic::FALL))
+        .chain(named("a solid", elastic::SOLID))
         .chain(named("a report", report::REPORT))
         .collect()
 }
@@ -513,9 +520,12 @@ pub fn unknown_property(value: &Value, name: &Name) -> Box<Diagnostic> {
                  move the surface"
                     .into()
             }
+            Value::Solid(_) => "in R3 it has tetrahedra and a volume, in R2 triangles and a length".into(),
             Value::Fall(_) => "solids in R3 have a mesh, those in R2 curves".into(),
             Value::Report(_) => {
-                "`quality` measures triangles, `deviation` the distance from a field's surface".into()
+                "`quality` measures triangles, `deviation` the distance from a field's surface, \
+                 `export_bricks` what it wrote"
+                    .into()
             }
             Value::Mesh(set) if set.statistics.is_none() => {
                 "some are defined for closed and manifold meshes only, others for what \

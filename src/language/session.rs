@@ -228,6 +228,11 @@ impl Session {
         self.readable_directories.extend_from_slice(directories);
     }
 
+    /// Allows writing in another directory, too.
+    pub fn allow_writing(&mut self, directory: &Path) {
+        self.output_directories.push(directory.to_owned());
+    }
+
     /// Gives the parameter or setting `name` another value than the file does. Takes effect when
     /// the file is run; an unknown name is an error then.
     pub fn set(&mut self, name: &str, value: Expression) {

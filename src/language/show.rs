@@ -36,7 +36,9 @@ pub fn show(value: &Value, precision: Option<usize>) -> String {
         | Value::Image(_)
         | Value::Simulation(_)
         | Value::Fit(_)
-        | Value::Fall(_) => show_product(value, precision),
+        | Value::Fall(_)
+        | Value::Solid(_) => show_product(value, precision),
+        Value::Report(set) if set.bricks.is_some() => show_product(value, precision),
         Value::Report(_) => table(&product::summary(value), precision),
         Value::Module(module) => format!("the module {}", module.name),
         Value::Symbol(_) | Value::Condition(_) | Value::Nothing | Value::Unknown => {

@@ -11,7 +11,7 @@ use super::function::FunctionValue;
 use super::list::List;
 use super::module::Module;
 use super::product::{
-    CurveSet, FallSet, FitSet, ImageSet, MeshSet, ReportSet, SampleSet, SimulationSet,
+    CurveSet, FallSet, FitSet, ImageSet, MeshSet, ReportSet, SampleSet, SimulationSet, SolidSet,
 };
 use crate::diagnostic::{Code, Diagnostic};
 use crate::graph::{Interval, NodeId};
@@ -54,6 +54,8 @@ pub enum Value {
     Fit(Rc<FitSet>),
     /// A solid that fell.
     Fall(Rc<FallSet>),
+    /// A solid as tetrahedra or triangles.
+    Solid(Rc<SolidSet>),
     /// What was measured on a mesh.
     Report(Rc<ReportSet>),
     /// Definitions that are reached as `name.member`.
@@ -110,6 +112,7 @@ impl Value {
             Value::Simulation(_) => "a simulation",
             Value::Fit(_) => "a fit",
             Value::Fall(_) => "a fall",
+            Value::Solid(_) => "a solid",
             Value::Report(_) => "a report",
             Value::Module(_) => "a module",
             Value::Nothing => "no value",
@@ -128,6 +131,7 @@ impl Value {
                 | Value::Simulation(_)
                 | Value::Fit(_)
                 | Value::Fall(_)
+                | Value::Solid(_)
                 | Value::Report(_)
         )
     }

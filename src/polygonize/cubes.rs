@@ -34,7 +34,17 @@ use crate::geometry::Mesh;
 /// The mesh of the level set by marching cubes: oriented and manifold, with shared vertices,
 /// watertight unless the box cuts it and there is no cap.
 pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
-    let grid = &uniform_grid(job.options)?;
+    let grid = uniform_grid(job.options)?;
+    let (mesh, seen, statistics) = march_through(job, &grid)?;
+    Ok((Shape::Mesh(mesh), seen, statistics))
+}
+
+/// The same for a grid, or a brick of one: the vertices of bricks on the faces that they share are
+/// the same to the last bit, since a root is determined by the ends of its edge.
+pub(super) fn march_through(
+    job: &Job,
+    grid: &Grid,
+) -> Result<(Mesh, Seen, Statistics), PolygonizeError> {
     let Rough {
         mut mesh,
         near,
@@ -43,7 +53,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
         ..
     } = rough(job, grid, false)?;
     if job.options.snap {
-        let [low, high] = grid.cell([grid.ghosts; 3]);
+        let [low, high] = grid.cell(grid.first_point());
         let reach = 0.5 * (high - low);
         let (evaluations, residual) = snap::merge(&mut mesh, &near, reach, job);
         statistics.evaluations += evaluations;
@@ -52,7 +62,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
     // Where the surface runs through a grid point, the roots on all edges there are that point,
     // and so are the cap's vertices at the edges of the box.
     mesh.collapse_degenerate_edges();
-    Ok((Shape::Mesh(mesh), seen, statistics))
+    Ok((mesh, seen, statistics))
 }
 
 /// The cells' triangles as they come from the cases.

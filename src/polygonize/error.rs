@@ -92,6 +92,20 @@ pub enum PolygonizeError {
         /// The method.
         method: Method,
     },
+    /// The method does not work brick by brick.
+    #[error("only \"cubes\" without `snap` works brick by brick, not \"{}\"{}", method.name(), if *method == Method::Cubes { " with it" } else { "" })]
+    NotInBricks {
+        /// The method.
+        method: Method,
+    },
+    /// The bricks are too small for the grid.
+    #[error("there would be {needed:.3e} bricks, more than the limit of {limit}")]
+    TooManyBricks {
+        /// Bricks.
+        needed: f64,
+        /// The limit.
+        limit: usize,
+    },
     /// Two fields have no curve in common.
     #[error("no curve was found in the box on which both fields vanish")]
     NoCurve,

@@ -60,8 +60,11 @@ pub(super) struct Grid {
     /// The coordinates of the points along each axis, ghosts included; ascending. Axes beyond
     /// the dimension have none.
     pub(super) coordinates: Vec<Vec<f64>>,
-    /// The number of ghost layers at each side: 0 or 1.
+    /// The number of ghost layers at each side of the box: 0 or 1.
     pub(super) ghosts: usize,
+    /// At which ends of each axis this is a brick of a larger grid that goes on there, rather than
+    /// ending at a side of the box: there it has no ghosts.
+    pub(super) goes_on: [[bool; 2]; 3],
 }
 
 /// How many grid points F was seen at, by its value.
@@ -111,7 +114,42 @@ impl Grid {
         Grid {
             coordinates: bounds.sides().zip(cells).map(axis).collect(),
             ghosts,
+            goes_on: [[false; 2]; 3],
         }
+    }
+
+    /// The part of a grid in R3 with these cells along each axis, ghosts not counted; it has the
+    /// same coordinates, and ghosts only where the whole one does.
+    pub(super) fn brick(&self, cells: &[Range<usize>; 3]) -> Grid {
+        let mut brick = Grid {
+            coordinates: Vec::with_capacity(3),
+            ghosts: self.ghosts,
+            goes_on: [[false; 2]; 3],
+        };
+        for (axis, Range { start, end }) in cells.iter().enumerate() {
+            let real = self.real_coordinates(axis);
+            let goes_on = [*start > 0, *end + 1 < real.len()];
+            let [below, above] = goes_on.map(|goes_on| if goes_on { 0 } else { self.ghosts });
+            let own = &real[*start..=*end];
+            let ghost =
+                |end: Option<&f64>, count| std::iter::repeat_n(end.copied(), count).flatten();
+            let along = ghost(own.first(), below)
+                .chain(own.iter().copied())
+                .chain(ghost(own.last(), above));
+            brick.coordinates.push(along.collect());
+            brick.goes_on[axis] = goes_on;
+        }
+        brick
+    }
+
+    /// The number of ghost layers at the lower and at the upper end of an axis.
+    pub(super) fn ghosts_at(&self, axis: usize) -> [usize; 2] {
+        self.goes_on[axis].map(|goes_on| if goes_on { 0 } else { self.ghosts })
+    }
+
+    /// The indices of the lowest point that is not a ghost.
+    pub(super) fn first_point(&self) -> [usize; 3] {
+        [0, 1, 2].map(|axis| self.ghosts_at(axis)[0])
     }
 
     /// The number of cells, ghosts aside.
@@ -127,7 +165,8 @@ impl Grid {
 
     /// Whether the point with this index along an axis is a ghost.
     pub(super) fn is_ghost(&self, axis: usize, index: usize) -> bool {
-        self.ghosts > 0 && (index == 0 || index + 1 == self.points(axis))
+        let [below, above] = self.ghosts_at(axis);
+        index < below || index + above >= self.points(axis)
     }
 
     /// The crossed edge along `axis` from the grid point with the indices `start`, given F − iso
@@ -164,8 +203,11 @@ impl Grid {
     pub(super) fn is_on_side(&self, point: DVec3) -> bool {
         let mut axes = self.coordinates.iter().enumerate();
         axes.any(|(axis, along)| {
-            let ends = [along.first(), along.last()];
-            ends.contains(&Some(&point[axis]))
+            let ends = [along.first(), along.last()]
+                .into_iter()
+                .zip(self.goes_on[axis]);
+            ends.into_iter()
+                .any(|(end, goes_on)| !goes_on && end == Some(&point[axis]))
         })
     }
 
@@ -178,7 +220,10 @@ impl Grid {
     /// side of the box or leads to a ghost.
     pub(super) fn is_cut(&self, start: &[usize], axis: usize) -> bool {
         let on_side = |(along, &index): (usize, &usize)| {
-            along != axis && (index <= self.ghosts || index + 1 + self.ghosts >= self.points(along))
+            let [goes_on_below, goes_on_above] = self.goes_on[along];
+            let below = !goes_on_below && index <= self.ghosts;
+            let above = !goes_on_above && index + 1 + self.ghosts >= self.points(along);
+            along != axis && (below || above)
         };
         self.leads_to_ghost(start, axis) || start.iter().enumerate().any(on_side)
     }
@@ -188,15 +233,18 @@ impl Grid {
     pub(super) fn outward(&self, point: DVec3) -> DVec3 {
         let component = |axis: usize| {
             let along = &self.coordinates[axis];
-            let beyond = u8::from(point[axis] == along[along.len() - 1]);
-            f64::from(beyond) - f64::from(u8::from(point[axis] == along[0]))
+            let [goes_on_below, goes_on_above] = self.goes_on[axis];
+            let above = !goes_on_above && point[axis] == along[along.len() - 1];
+            let below = !goes_on_below && point[axis] == along[0];
+            f64::from(u8::from(above)) - f64::from(u8::from(below))
         };
         DVec3::from_array([0, 1, 2].map(component)).normalize_or_zero()
     }
 
     /// The coordinates along an axis without the ghosts.
     pub(super) fn real_coordinates(&self, axis: usize) -> &[f64] {
-        &self.coordinates[axis][self.ghosts..self.points(axis) - self.ghosts]
+        let [below, above] = self.ghosts_at(axis);
+        &self.coordinates[axis][below..self.points(axis) - above]
     }
 
     /// The slabs, as ranges of cells along the last axis: at least 8 cells thick except for the
@@ -336,10 +384,13 @@ impl<'a> Sweep<'a> {
 
     /// Sets the flags of an evaluated layer, and turns its values to F − iso.
     fn classify(&self, layer: &mut Layer) -> Seen {
-        let ghosts = self.grid.ghosts;
+        let ghosts = self.grid.ghosts_at(0)[0];
         let stride = self.grid.points(0);
         // In R2 a layer is one row and has no ghost rows before it.
-        let ghost_rows = (layer.inside.len() / stride - self.rows) / 2;
+        let ghost_rows = match self.grid.coordinates.len() {
+            3 => self.grid.ghosts_at(1)[0],
+            _ => 0,
+        };
         let rows = layer.inside.chunks_mut(stride).skip(ghost_rows);
         let mut seen = Seen::default();
         for (values, flags) in layer.values.chunks_mut(self.row).zip(rows) {
@@ -365,8 +416,12 @@ impl<'a> Sweep<'a> {
         if self.grid.is_ghost(0, i) || planar == 2 && self.grid.is_ghost(1, j) {
             return f64::INFINITY;
         }
-        let row = if planar == 2 { j - self.grid.ghosts } else { 0 };
-        layer.values[row * self.row + i - self.grid.ghosts]
+        let row = if planar == 2 {
+            j - self.grid.ghosts_at(1)[0]
+        } else {
+            0
+        };
+        layer.values[row * self.row + i - self.grid.ghosts_at(0)[0]]
     }
 }
 

@@ -11,6 +11,7 @@
 mod ambiguity;
 mod border;
 mod bracketing;
+mod bricks;
 mod columns;
 mod continuation;
 mod cubes;
@@ -44,6 +45,7 @@ use self::options::check_options;
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
+pub use bricks::{Brick, Bricks};
 pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};

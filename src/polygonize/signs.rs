@@ -144,13 +144,13 @@ impl<'a> OpenPoints<'a> {
         layer: &mut Layer,
     ) -> Seen {
         let [first, second] = [0, 1].map(|axis| grid.real_coordinates(axis));
-        let (ghosts, stride) = (grid.ghosts, grid.points(0));
-        let at = |row: usize, point: usize| (row + ghosts) * stride + ghosts + point;
+        let ([left, before, below], stride) = (grid.first_point(), grid.points(0));
+        let at = |row: usize, point: usize| (row + before) * stride + left + point;
         let mut seen = Seen::default();
         self.runs.clear();
         for row in 0..second.len() {
             let flags = &mut layer.inside[at(row, 0)..][..first.len()];
-            seen = seen.and(self.find_runs(row, index - ghosts, flags));
+            seen = seen.and(self.find_runs(row, index - below, flags));
         }
         self.evaluations = 0;
         let mut runs = self.runs.iter().peekable();

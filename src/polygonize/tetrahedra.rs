@@ -81,6 +81,7 @@ impl<'a> Plan<'a> {
             used.then(|| Grid {
                 coordinates: (0..3).map(along).collect(),
                 ghosts: 0,
+                goes_on: [[false; 2]; 3],
             })
         };
         Plan {

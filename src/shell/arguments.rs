@@ -51,7 +51,7 @@ pub(super) enum Command {
     Eval(Eval),
     /// Polygonizes a field: triangles in R3, curves in R2, roots in R1
     #[command(
-        after_help = "Examples:\n  imp mesh examples/torus.imp -o torus.stl\n  imp mesh scene.imp \"a & !b\" -o cut.obj --cell 0.02 --bounds \"[-1..1, -1..1, 0..2]\" --cap"
+        after_help = "Examples:\n  imp mesh examples/torus.imp -o torus.stl\n  imp mesh scene.imp \"a & !b\" -o cut.obj --cell 0.02 --bounds \"[-1..1, -1..1, 0..2]\" --cap\n  imp mesh examples/gyroid.imp gyroid -o gyroid.ply --resolution 1024 --bricks 256"
     )]
     Mesh(Mesh),
     /// Samples a field's zero set with particles
@@ -270,6 +270,16 @@ pub(super) struct Mesh {
     /// With continuation, points near the components that are wanted, as in "[[0, 0, 1]]"
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     pub(super) seeds: Option<String>,
+    /// With cubes, writes the mesh in bricks of N cells along each side, one file for each that has
+    /// surface (name-0-0-0.ply and so on), so that grids larger than memory can be polygonized
+    #[arg(
+        long,
+        value_name = "N",
+        allow_hyphen_values = true,
+        requires = "output",
+        conflicts_with = "report"
+    )]
+    pub(super) bricks: Option<String>,
     /// Prints all measures of the mesh: topology, quality of the triangles, self-intersections, and
     /// how far it is from the field's surface
     #[arg(long)]

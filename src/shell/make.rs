@@ -39,9 +39,13 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("cap", command.cap.as_deref()),
         ("snap", command.snap.then_some("true")),
         ("tolerance", command.tolerance.as_deref()),
+        ("bricks", command.bricks.as_deref()),
     ];
     make(
-        "polygonize",
+        match command.bricks {
+            Some(_) => BRICKS,
+            None => "polygonize",
+        },
         &command.subject,
         &flags,
         &command.common,
@@ -101,6 +105,9 @@ pub(super) fn quoted(word: &str) -> String {
     format!("\"{escaped}\"")
 }
 
+/// The function that writes its files itself.
+const BRICKS: &str = "export_bricks";
+
 /// What is told of a result besides its properties.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Further {
@@ -134,11 +141,18 @@ pub(super) fn make(
             options.push((*name, value));
         }
     }
+    let mut subjects = vec![Value::Field(field.clone())];
+    let given = subject.output.as_deref();
+    if let Some(path) = given.filter(|_| function == BRICKS) {
+        let path = brick_path(&mut workspace, path, common);
+        subjects.push(path.map_err(|error| workspace.fail(&[*error]))?);
+    }
     let value = workspace
         .session
-        .call(function, vec![Value::Field(field.clone())], &options)
+        .call(function, subjects, &options)
         .map_err(|errors| workspace.fail(&errors))?;
     let output = match &subject.output {
+        Some(path) if function == BRICKS => Some(output_path(path, common)),
         Some(path) => Some(write(path, common, &value).map_err(|error| workspace.fail(&[*error]))?),
         None => None,
     };
@@ -264,6 +278,21 @@ fn output_path(path: &Path, common: &Common) -> PathBuf {
         Some(directory) => directory.join(path),
         None => path.to_owned(),
     }
+}
+
+/// The path that [`BRICKS`] is given: it may write there, as what was named on the command line, and
+/// need not tell of each file.
+fn brick_path(workspace: &mut Workspace, path: &Path, common: &Common) -> Outcome<Value> {
+    let Some(text) = path.to_str() else {
+        let message = "the name of the files is not UTF-8 text";
+        return Err(Box::new(Diagnostic::error(Code::Usage, message)));
+    };
+    let target = output_path(path, common);
+    let folder = target.parent().filter(|folder| folder.as_os_str() != "");
+    let folder = folder.unwrap_or(Path::new("."));
+    workspace.session.allow_writing(folder);
+    workspace.heard.tells_of_files.set(false);
+    Ok(Value::text(text))
 }
 
 /// Writes the result and gives the path.

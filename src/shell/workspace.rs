@@ -49,6 +49,8 @@ pub(super) struct Heard {
     /// Whether what the script prints is kept in `printed` instead of being shown.
     pub(super) gathers: Cell<bool>,
     pub(super) written: RefCell<Vec<PathBuf>>,
+    /// Whether every file that is written is told of.
+    pub(super) tells_of_files: Cell<bool>,
     /// The files that were imported.
     pub(super) read: RefCell<Vec<PathBuf>>,
     pub(super) warnings: RefCell<Vec<Diagnostic>>,
@@ -89,9 +91,11 @@ impl Host for Terminal {
     }
 
     fn wrote(&mut self, path: &Path) {
-        self.progress.clear();
-        let name = path.display().to_string();
-        output::note(&format!("wrote {}", escaped(&name)), &self.common);
+        if self.heard.tells_of_files.get() {
+            self.progress.clear();
+            let name = path.display().to_string();
+            output::note(&format!("wrote {}", escaped(&name)), &self.common);
+        }
         self.heard.written.borrow_mut().push(path.to_path_buf());
     }
 
@@ -134,6 +138,7 @@ impl Workspace {
             printed: RefCell::default(),
             gathers: Cell::new(common.json),
             written: RefCell::default(),
+            tells_of_files: Cell::new(true),
             read: RefCell::default(),
             warnings: RefCell::default(),
         });

@@ -1,6 +1,7 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod bricks;
 mod compiled;
 mod continuation;
 mod cubes;

@@ -90,10 +90,9 @@ fn deviation(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let at_vertices = values_at(&field, iso, &mesh.positions);
     let at_centers = values_at(&field, iso, &mesh.facet_centers());
     Ok(Value::Report(Rc::new(ReportSet {
-        quality: None,
-        self_intersections: None,
         deviation: Some(mesh.deviation(&at_vertices, &at_centers)),
         capped: Some(capped),
+        ..ReportSet::default()
     })))
 }
 

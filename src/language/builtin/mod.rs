@@ -86,7 +86,7 @@ const SECTIONS: &[(&str, &[Builtin])] = &[
     ("Samples", samples::TABLE),
     ("Motion and control", motion::TABLE),
     ("Fitting", fit::TABLE),
-    ("Solids that fall", elastic::TABLE),
+    ("Solids as tetrahedra, and such that fall", elastic::TABLE),
     ("Meshes, curves and measures", surfaces::TABLE),
     ("Meshes measured and made anew", meshes::TABLE),
     ("Boxes", extent::TABLE),

@@ -40,7 +40,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves, samples or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .off .glb .3mf .vtp .vtu .csv .svg .dxf .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
+        "Writes a mesh, curves, samples, a solid or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .off .glb .3mf .vtp .vtu .csv .svg .dxf .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
         export,
     ),
     pure(
@@ -180,6 +180,7 @@ pub(super) fn write(
         Value::Curves(set) => Some(file::write_curves(path, &set.curves, left)),
         Value::Samples(set) => Some(file::write_samples(path, &set.samples, left)),
         Value::Image(set) => Some(file::write_image(path, &set.picture.image, left)),
+        Value::Solid(set) => Some(file::write_solid(path, &set.lattice.solid(), left)),
         Value::Simulation(set) => {
             let samples = set.simulation.borrow().followers().samples();
             Some(file::write_samples(path, &samples, left))
@@ -187,7 +188,7 @@ pub(super) fn write(
         _ => None,
     })?
     .ok_or_else(|| {
-        let expected = "a mesh, curves, samples, an image, a simulation or a fall";
+        let expected = "a mesh, curves, samples, an image, a solid, a simulation or a fall";
         arguments.expected(expected, "value", value)
     })
 }

@@ -1,5 +1,6 @@
 //! Polygonizers and measures as functions of the language.
 
+mod bricks;
 mod warnings;
 
 use std::rc::Rc;
@@ -44,6 +45,23 @@ pub(super) const TABLE: &[Builtin] = &[
         ],
         "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"springs\"`, an adapted triangulation that springs fit to the surface (also in R2; where the box cuts the surface it needs `cap = false`); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
+    ),
+    action(
+        "export_bricks",
+        &[
+            "f",
+            "path",
+            "bricks = 256",
+            "method = \"cubes\"",
+            "cell =",
+            "resolution = 64",
+            "bounds =",
+            "iso = 0",
+            "cap =",
+            "tolerance = 1e-9",
+        ],
+        "Writes the mesh that `polygonize(f, method = \"cubes\")` gives brick by brick, for grids whose mesh is larger than memory. A brick has `bricks` cells along each side, and a file of its own, `name-0-0-0.ply` and so on by its place along x, y and z; bricks without surface have none. Vertices on faces that bricks share are the same in both, to the last bit, so that the union of the files is the whole mesh; only the sides of the box are capped. Each file is written whole before the next brick is begun; where the work is stopped, those that are there remain. Gives a report: `files`, how many of the `bricks` have surface; `vertices` (those on shared faces count for each brick), `triangles`, `area` and `volume` of all; `largest_bytes`, the memory that the largest brick's mesh takes; `max_residual` and `evaluations`.",
+        bricks::export_bricks,
     ),
     action(
         "roots",
@@ -471,7 +489,14 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure.help = Some(format!("in R{dimension} there are {names}"));
             failure
         }
-        PolygonizeError::NotForCurves { .. } => arguments.bad("method", message),
+        PolygonizeError::NotForCurves { .. } | PolygonizeError::NotInBricks { .. } => {
+            arguments.bad("method", message)
+        }
+        PolygonizeError::TooManyBricks { .. } => {
+            let mut failure = arguments.bad("bricks", message);
+            failure.help = Some("give bricks more cells along a side".into());
+            failure
+        }
         PolygonizeError::NoCurve => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")
         }

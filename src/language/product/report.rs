@@ -1,11 +1,13 @@
 //! What `quality` and `deviation` tell of a mesh.
 
+use glam::DVec3;
+
 use super::{MeshSet, Property, count, hidden, number, shown};
 use crate::geometry::{Deviation, Mesh, Quality};
 use crate::language::value::Value;
 
 /// What was measured on a mesh; what was not asked for is absent.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct ReportSet {
     /// The shape of its triangles, unless there are none.
     pub quality: Option<Quality>,
@@ -15,6 +17,46 @@ pub struct ReportSet {
     pub deviation: Option<Deviation>,
     /// How many facets were left out of that, because they close the mesh along its box.
     pub capped: Option<usize>,
+    /// What was written brick by brick.
+    pub bricks: Option<BrickTotals>,
+}
+
+/// What bricks amount to.
+#[derive(Debug, Default)]
+pub struct BrickTotals {
+    /// Those that have surface, each in a file.
+    pub files: usize,
+    /// All of them.
+    pub bricks: usize,
+    vertices: usize,
+    triangles: usize,
+    area: f64,
+    volume: f64,
+    largest_bytes: usize,
+    /// Whether the whole is closed, so that it has a volume.
+    pub closed: bool,
+    /// See [`polygonize::Statistics`](crate::polygonize::Statistics).
+    pub max_residual: f64,
+    /// The same.
+    pub evaluations: usize,
+}
+
+impl BrickTotals {
+    /// Adds the mesh of a brick; volumes of all bricks are measured from the same point.
+    pub fn add(&mut self, mesh: &Mesh, apex: DVec3) {
+        let Mesh {
+            positions,
+            normals,
+            triangles,
+        } = mesh;
+        self.vertices += positions.len();
+        self.triangles += triangles.len();
+        self.area += mesh.area();
+        self.volume += mesh.volume_from(apex);
+        let bytes =
+            size_of_val(&positions[..]) + size_of_val(&normals[..]) + size_of_val(&triangles[..]);
+        self.largest_bytes = self.largest_bytes.max(bytes);
+    }
 }
 
 impl ReportSet {
@@ -23,8 +65,7 @@ impl ReportSet {
         ReportSet {
             quality: mesh.quality(),
             self_intersections: Some(mesh.self_intersecting_triangles()),
-            deviation: None,
-            capped: None,
+            ..ReportSet::default()
         }
     }
 }
@@ -37,7 +78,26 @@ fn of_deviation(set: &ReportSet, part: fn(&Deviation) -> f64) -> Option<Value> {
     number(part(set.deviation.as_ref()?))
 }
 
+fn of_bricks(set: &ReportSet, part: fn(&BrickTotals) -> f64) -> Option<Value> {
+    number(part(set.bricks.as_ref()?))
+}
+
 pub(super) const REPORT: &[Property<ReportSet>] = &[
+    shown("files", |set| of_bricks(set, |b| b.files as f64)),
+    shown("bricks", |set| of_bricks(set, |b| b.bricks as f64)),
+    shown("vertices", |set| of_bricks(set, |b| b.vertices as f64)),
+    shown("triangles", |set| of_bricks(set, |b| b.triangles as f64)),
+    shown("area", |set| of_bricks(set, |b| b.area)),
+    shown("volume", |set| {
+        number(set.bricks.as_ref().filter(|bricks| bricks.closed)?.volume)
+    }),
+    shown("largest_bytes", |set| {
+        of_bricks(set, |b| b.largest_bytes as f64)
+    }),
+    shown("max_residual", |set| of_bricks(set, |b| b.max_residual)),
+    shown("evaluations", |set| {
+        of_bricks(set, |b| b.evaluations as f64)
+    }),
     shown("worst_ratio", |set| of_quality(set, |q| q.worst_ratio)),
     shown("hundredth_ratio", |set| {
         of_quality(set, |q| q.hundredth_ratio)

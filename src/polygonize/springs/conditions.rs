@@ -6,6 +6,7 @@ use glam::DVec3;
 use super::super::Job;
 use super::complex::{Complex, PAIRS};
 use super::motion::{EPSILON, distances};
+use crate::geometry::radius_ratio;
 
 /// Nodes nearer to the level set, relative to ε, are not transversal to it.
 const TRANSVERSAL: f64 = 0.1;
@@ -75,7 +76,7 @@ pub(super) fn measure(job: &Job, complex: &Complex) -> Conditions {
         let corners = &simplex[..complex.corners()];
         let far = |&node: &u32| nodes[node as usize].0.abs() >= TRANSVERSAL * epsilon;
         sums[0] += usize::from(corners.iter().all(far));
-        sums[1] += usize::from(radius_ratio(complex, simplex) >= REGULAR);
+        sums[1] += usize::from(ratio(complex, simplex) >= REGULAR);
         let is_parallel = distance.abs() < epsilon && is_parallel(complex, simplex, normal);
         sums[2] += usize::from(is_parallel);
     }
@@ -103,22 +104,13 @@ fn is_parallel(complex: &Complex, simplex: &[u32; 4], normal: DVec3) -> bool {
     }
 }
 
-/// The dimension times inradius over circumradius: 1 for the regular simplex, 0 for a flat one.
-fn radius_ratio(complex: &Complex, simplex: &[u32; 4]) -> f64 {
-    let at = |corner: usize| complex.nodes[simplex[corner] as usize];
-    let measure = complex.measure(simplex, &complex.nodes);
-    let length = |a: usize, b: usize| at(a).distance(at(b));
-    if complex.dimension == 2 {
-        // 2 r / R with r = A / s and R = a b c / 4 A; `measure` is 2 A and the sum of sides 2 s.
-        let [a, b, c] = [length(1, 2), length(2, 0), length(0, 1)];
-        return 4.0 * measure * measure / ((a + b + c) * a * b * c);
-    }
-    // 3 r / R with r = 3 V / S, R = |Σ a² (b × c)| / 12 V for edges a, b, c from one corner.
-    let [a, b, c] = [at(1) - at(0), at(2) - at(0), at(3) - at(0)];
-    let vector = a.length_squared() * b.cross(c)
-        + b.length_squared() * c.cross(a)
-        + c.length_squared() * a.cross(b);
-    let area = |[i, j, k]: [usize; 3]| 0.5 * (at(j) - at(i)).cross(at(k) - at(i)).length();
-    let areas: f64 = FACES.iter().map(|&face| area(face)).sum();
-    3.0 * measure * measure / (areas * vector.length())
+/// The radius ratio of a simplex.
+fn ratio(complex: &Complex, simplex: &[u32; 4]) -> f64 {
+    // The last corner of a triangle is repeated.
+    let [a, b, c, d] = *simplex;
+    let corners = [a, b, c, if complex.dimension == 2 { c } else { d }];
+    radius_ratio(
+        complex.dimension,
+        corners.map(|node| complex.nodes[node as usize]),
+    )
 }
