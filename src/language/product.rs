@@ -134,6 +134,9 @@ const fn hidden<T>(name: &'static str, value: fn(&T) -> Option<Value>) -> Proper
     }
 }
 
+/// The method of which it can be said whether the topology is proven.
+const CERTIFIED: &str = "certified";
+
 const MESH: &[Property<MeshSet>] = &[
     shown("method", |set| Some(Value::text(set.method))),
     shown("vertices", |set| count(set.mesh.positions.len())),
@@ -157,6 +160,14 @@ const MESH: &[Property<MeshSet>] = &[
         }
     }),
     shown("bounds", |set| set.mesh.bounds().map(sides)),
+    shown("proven", |set| {
+        let statistics = set.statistics.filter(|_| set.method == CERTIFIED)?;
+        Some(Value::Bool(statistics.proven))
+    }),
+    hidden("undecided", |set| {
+        let statistics = set.statistics.filter(|_| set.method == CERTIFIED)?;
+        number(statistics.undecided as f64)
+    }),
     shown("max_residual", |set| {
         number(set.statistics.as_ref()?.max_residual)
     }),

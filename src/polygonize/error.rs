@@ -96,6 +96,9 @@ pub enum PolygonizeError {
     /// No samples could be made.
     #[error("{0}")]
     Sampling(SampleError),
+    /// The field gives no enclosures.
+    #[error("nothing can be proven of a field that is not compiled")]
+    NothingToProveWith,
     /// The monitor asked for an end.
     #[error("cancelled")]
     Cancelled,

@@ -11,6 +11,7 @@
 mod ambiguity;
 mod border;
 mod bracketing;
+mod certified;
 mod columns;
 mod continuation;
 mod cubes;
@@ -43,6 +44,7 @@ use self::options::check_options;
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
+pub use certified::{Cause, Certified, Component, Doubt};
 pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
@@ -59,6 +61,8 @@ pub struct Polygonized {
     pub method: Method,
     /// What the work amounted to.
     pub statistics: Statistics,
+    /// What "certified" proves; none for other methods.
+    pub certified: Option<Certified>,
 }
 
 /// What a level set is made of, by the dimension of the field.
@@ -122,6 +126,7 @@ pub fn polygonize(
         accuracy: accuracy(options),
         monitor,
     };
+    let mut proof = None;
     let (shape, seen, statistics) = match method {
         Method::Bracketing => bracketing::find(&job)?,
         Method::Newton => newton::find(&job)?,
@@ -135,6 +140,11 @@ pub fn polygonize(
         Method::Dual => dual::march(&job)?,
         Method::Springs => springs::adapt(&job)?,
         Method::Delaunay => delaunay::triangulate(&job)?,
+        Method::Certified => {
+            let (found, certified) = certified::prove(&job)?;
+            proof = Some(certified);
+            found
+        }
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {
@@ -148,6 +158,7 @@ pub fn polygonize(
         shape,
         method,
         statistics,
+        certified: proof,
     })
 }
 
@@ -185,6 +196,7 @@ pub fn polygonize_curve(
         shape,
         method,
         statistics,
+        certified: None,
     })
 }
 

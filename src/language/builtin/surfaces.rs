@@ -446,7 +446,9 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure(Code::WrongDimension, message).at(arguments.span, "here")
         }
         PolygonizeError::WrongMethod { .. } => arguments.bad("method", message),
-        PolygonizeError::NotForCurves { .. } => arguments.bad("method", message),
+        PolygonizeError::NotForCurves { .. } | PolygonizeError::NothingToProveWith => {
+            arguments.bad("method", message)
+        }
         PolygonizeError::NoCurve => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")
         }
