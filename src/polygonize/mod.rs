@@ -44,7 +44,9 @@ use self::options::check_options;
 use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
-pub use certified::{Cause, Certified, Component, Doubt};
+pub use certified::{
+    Cause, Certificate, Certified, Component, Doubt, Verified, VerifyError, verify,
+};
 pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
@@ -151,6 +153,9 @@ pub fn polygonize(
         Shape::Roots(roots) => roots.undecided.iter().any(|part| !part.reason.is_break()),
         _ => false,
     };
+    if statistics.good_roots == 0 && statistics.proven && method == Method::Certified {
+        return Err(PolygonizeError::ProvenEmpty { iso: options.iso });
+    }
     if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));
     }

@@ -449,6 +449,9 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
         PolygonizeError::NotForCurves { .. } | PolygonizeError::NothingToProveWith => {
             arguments.bad("method", message)
         }
+        PolygonizeError::ProvenEmpty { .. } => {
+            failure(Code::NoSurface, message).at(arguments.place("f"), "no zero")
+        }
         PolygonizeError::NoCurve => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")
         }

@@ -7,9 +7,9 @@ use rustc_hash::FxHashSet;
 use super::super::octree::Node;
 use super::super::octree::decompose::Decomposition;
 use super::super::simplices::Place;
-use super::cells::FINEST;
+use super::cells::{FINEST, Key};
 use super::enclosing::{self, Known};
-use super::forest::{Forest, Key};
+use super::forest::Forest;
 use super::normals::Normal;
 use crate::graph::Interval;
 
@@ -44,11 +44,11 @@ pub(super) fn passes(
         let agrees = |known: Option<Known>| {
             matches!(known, Some(Known::Decided { is_inside: own }) if own == is_inside)
         };
-        let natural = enclosing::values(forest.field, &hull);
+        let natural = enclosing::values(forest.analysed.field, &hull);
         if is_one && agrees(enclosing::decided(&natural[0], forest.iso(), 0.0)) {
             return true;
         }
-        match enclosing::judge(forest.field, forest.iso(), &hull).first() {
+        match enclosing::judge(forest.analysed, forest.iso(), &hull).first() {
             Some(Known::Gradients(slopes)) => normal.agrees(&slopes[..frame.dimension], part),
             Some(&known) => is_one && agrees(Some(known)),
             None => false,
@@ -64,7 +64,7 @@ pub(super) fn uncertain(
     nodes: &[Node],
 ) -> FxHashSet<u64> {
     let lattice = &forest.frame.lattice;
-    let active: FxHashSet<Key> = nodes.iter().map(super::forest::key).collect();
+    let active: FxHashSet<Key> = nodes.iter().map(super::cells::key).collect();
     let keys: Vec<Vec<u64>> = nodes
         .par_chunks(1024)
         .map(|nodes| {
@@ -89,7 +89,7 @@ pub(super) fn uncertain(
                 .iter()
                 .map(|&place| forest.frame.hull(&[place]))
                 .collect();
-            let known = enclosing::values(forest.field, &points);
+            let known = enclosing::values(forest.analysed.field, &points);
             let doubtful = places.into_iter().zip(known).filter(|(place, known)| {
                 let own = forest.value(*place) < 0.0;
                 let proven = enclosing::decided(known, forest.iso(), 0.0);

@@ -13,6 +13,14 @@ const COARSE: f64 = 8.0;
 /// How often cells can be halved: points are numbered by 63 bits.
 pub(super) const FINEST: u32 = 16;
 
+/// The name of a cell: its place and its size.
+pub(super) type Key = (Place, u32);
+
+/// The name of a node.
+pub(super) fn key(node: &Node) -> Key {
+    (node.low, node.size)
+}
+
 /// The tree's frame: the lattice of its points and the cells of the coarsest level.
 pub(super) struct Frame {
     pub(super) dimension: usize,
@@ -105,6 +113,34 @@ impl Frame {
     pub(super) fn touches_side(&self, node: &Node) -> bool {
         (0..self.dimension)
             .any(|axis| node.low[axis] == 0 || node.low[axis] + node.size == self.lattice.top[axis])
+    }
+
+    /// The names of cells of half the size up to twice the size that may touch a cell.
+    pub(super) fn neighbours(&self, node: &Node) -> Vec<Key> {
+        let mut keys = Vec::new();
+        let top = self.lattice.top;
+        for size in [node.size / 2, node.size, 2 * node.size] {
+            if size < 2 {
+                continue;
+            }
+            let range = |axis: usize| {
+                let low = node.low[axis].saturating_sub(1) / size;
+                let high = (node.low[axis] + node.size).min(top[axis] - 1) / size;
+                low..=high
+            };
+            for x in range(0) {
+                for y in range(1) {
+                    for z in if self.dimension == 3 {
+                        range(2)
+                    } else {
+                        0..=0
+                    } {
+                        keys.push(([x, y, z].map(|step| step * size), size));
+                    }
+                }
+            }
+        }
+        keys
     }
 
     /// Calls `visit` with the corners of all simplices of a cell: its centre first, then in R3 the

@@ -28,17 +28,6 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// All causes with their letters in certificates.
-    pub(super) const LETTERS: [(Cause, char); 7] = [
-        (Cause::Singular, 's'),
-        (Cause::Kink, 'k'),
-        (Cause::Undefined, 'u'),
-        (Cause::Jump, 'j'),
-        (Cause::Steep, 'g'),
-        (Cause::Border, 'b'),
-        (Cause::Budget, 'c'),
-    ];
-
     /// In words, after "because".
     pub fn words(self) -> &'static str {
         match self {
@@ -68,7 +57,7 @@ pub(super) fn is_singular(field: &CompiledField, frame: &Frame, iso: f64, node: 
     let part = |pick: fn(Interval) -> f64| DVec3::from_array(sides.map(pick));
     let centre = part(|side| 0.5 * (side.low + side.high));
     let diagonal = part(|side| side.high - side.low).length();
-    let Some(point) = critical_point(field, frame.dimension, centre, 2.0 * diagonal) else {
+    let Some(point) = critical_point(field, frame.dimension, centre, 2.5 * diagonal) else {
         return false;
     };
     let around = |axis: usize| {

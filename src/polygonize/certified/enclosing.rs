@@ -30,7 +30,8 @@ pub(super) const UNKNOWN: Enclosure = Enclosure {
 };
 
 /// Judges boxes. Their enclosures do not depend on which others there are if there are at least two.
-pub(super) fn judge(field: &CompiledField, iso: f64, boxes: &[[Interval; 3]]) -> Vec<Known> {
+pub(super) fn judge(analysed: &Analysed, iso: f64, boxes: &[[Interval; 3]]) -> Vec<Known> {
+    let field = analysed.field;
     let natural = values(field, boxes);
     let mut known: Vec<Option<Known>> = natural.iter().map(|own| decided(own, iso, 0.0)).collect();
     let open: Vec<usize> = (0..boxes.len())
@@ -43,7 +44,47 @@ pub(super) fn judge(field: &CompiledField, iso: f64, boxes: &[[Interval; 3]]) ->
         let tightened = decided(value, iso, GAP * width);
         known[index] = Some(tightened.unwrap_or_else(|| lipschitz(field, value, slopes)));
     }
-    known.into_iter().flatten().collect()
+    let mut known: Vec<Known> = known.into_iter().flatten().collect();
+    analysed.tighten(boxes, &mut known);
+    known
+}
+
+/// A field with its derivatives as fields of their own.
+pub(super) struct Analysed<'a> {
+    pub(super) field: &'a CompiledField,
+    derivatives: Vec<CompiledField>,
+}
+
+impl<'a> Analysed<'a> {
+    /// Of this field.
+    pub(super) fn new(field: &'a CompiledField) -> Self {
+        Analysed {
+            field,
+            derivatives: field.derivatives(),
+        }
+    }
+
+    /// Cuts enclosures of gradients by the mean-value form of each component. Where that is
+    /// continuous it is the derivative of a Lipschitz function almost everywhere, and so everywhere.
+    fn tighten(&self, boxes: &[[Interval; 3]], known: &mut [Known]) {
+        let some: Vec<usize> = (0..boxes.len())
+            .filter(|&index| matches!(known[index], Known::Gradients(_)))
+            .collect();
+        let sides: Vec<[Interval; 3]> = some.iter().map(|&index| boxes[index]).collect();
+        for (axis, derivative) in self.derivatives.iter().enumerate() {
+            let found = gradients(derivative, &sides);
+            for (&index, (value, _)) in some.iter().zip(&found) {
+                if let Known::Gradients(slopes) = &mut known[index]
+                    && value.regularity == Regularity::Continuous
+                {
+                    let tighter = slopes[axis].intersection(value.range);
+                    if is_bounded(&tighter) {
+                        slopes[axis] = tighter;
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Whether F is Lipschitz in a box, by its enclosures.

@@ -9,11 +9,10 @@ use super::super::octree::decompose::Decomposition;
 use super::super::simplices::Place;
 use super::super::{Job, PolygonizeError};
 use super::border;
-use super::cells::{FINEST, Frame};
+use super::cells::{FINEST, Frame, Key, key};
 use super::doubts::{self, Cause};
-use super::enclosing::{self, Known};
+use super::enclosing::{self, Analysed, Known};
 use super::normals::{is_narrow, normal};
-use crate::engine::CompiledField;
 use crate::graph::Interval;
 
 /// How many cells make one piece of parallel work: what enclosures cost least for.
@@ -47,18 +46,40 @@ pub(super) struct Leaf {
     pub(super) state: State,
 }
 
-/// The name of a cell.
-pub(super) type Key = (Place, u32);
+/// A cell that is to be judged.
+struct Candidate {
+    node: Node,
+    /// The width of its parent's gradients.
+    width: f64,
+    /// How many times that did not shrink.
+    stuck: u32,
+    /// Why its parent was given up, if it was.
+    doubt: Option<Cause>,
+}
 
-/// The name of a node.
-pub(super) fn key(node: &Node) -> Key {
-    (node.low, node.size)
+impl Candidate {
+    /// A cell of which nothing is known.
+    fn new(node: Node) -> Self {
+        Candidate {
+            node,
+            width: f64::INFINITY,
+            stuck: 0,
+            doubt: None,
+        }
+    }
+}
+
+/// What becomes of a cell.
+enum Verdict {
+    Decided(bool),
+    Leaf(State),
+    Divide { width: f64, stuck: u32 },
 }
 
 /// The tree.
 pub(super) struct Forest<'a> {
     job: &'a Job<'a>,
-    pub(super) field: &'a CompiledField,
+    pub(super) analysed: &'a Analysed<'a>,
     pub(super) frame: &'a Frame,
     /// The cells that are divided.
     pub(super) divided: FxHashSet<Key>,
@@ -76,13 +97,13 @@ impl<'a> Forest<'a> {
     /// The whole subdivision.
     pub(super) fn grow(
         job: &'a Job<'a>,
-        field: &'a CompiledField,
+        analysed: &'a Analysed<'a>,
         frame: &'a Frame,
     ) -> Result<Forest<'a>, PolygonizeError> {
         let roots = frame.roots();
         let mut forest = Forest {
             job,
-            field,
+            analysed,
             frame,
             divided: FxHashSet::default(),
             decided: FxHashMap::default(),
@@ -90,7 +111,7 @@ impl<'a> Forest<'a> {
             values: FxHashMap::default(),
             evaluations: 0,
         };
-        forest.settle(roots)?;
+        forest.settle(roots.into_iter().map(Candidate::new).collect())?;
         let mut rounds = 0;
         loop {
             rounds += 1;
@@ -106,68 +127,83 @@ impl<'a> Forest<'a> {
     }
 
     /// Judges cells, and divides those that fail until each is decided, open or given up.
-    fn settle(&mut self, nodes: Vec<Node>) -> Result<(), PolygonizeError> {
-        // With each cell the width of its parent's gradients and how often that did not shrink.
-        let mut front: Vec<(Node, f64, u32)> = nodes
-            .into_iter()
-            .map(|node| (node, f64::INFINITY, 0))
-            .collect();
+    fn settle(&mut self, candidates: Vec<Candidate>) -> Result<(), PolygonizeError> {
+        let mut front = candidates;
         while !front.is_empty() {
-            let known = self.judge(&front)?;
-            let room = FRONT.min(
-                CELLS
-                    .min(self.job.options.cell_limit)
-                    .saturating_sub(self.leaves.len()),
-            );
-            let has_room = front.len() <= room;
+            let limit = CELLS.min(self.job.options.cell_limit);
+            let has_room = front.len() <= FRONT.min(limit.saturating_sub(self.leaves.len()));
+            let verdicts = self.judge(&front, has_room)?;
             let mut next = Vec::new();
-            for ((node, before, stuck), known) in front.into_iter().zip(known) {
-                let (width, cause) = match known {
-                    Known::Decided { is_inside: true }
-                        if self.job.options.cap && self.frame.touches_side(&node) =>
-                    {
-                        self.leaves.push(Leaf {
-                            node,
-                            state: State::Capped,
-                        });
-                        continue;
-                    }
-                    Known::Decided { is_inside } => {
+            for (Candidate { node, .. }, verdict) in front.into_iter().zip(verdicts) {
+                match verdict {
+                    Verdict::Decided(is_inside) => {
                         self.decided.insert(key(&node), is_inside);
-                        continue;
                     }
-                    Known::Gradients(slopes) if is_narrow(&slopes[..self.frame.dimension]) => {
-                        self.leaves.push(Leaf {
+                    Verdict::Leaf(state) => self.leaves.push(Leaf { node, state }),
+                    Verdict::Divide { width, stuck } => {
+                        self.divided.insert(key(&node));
+                        next.extend(self.frame.children(&node).map(|node| Candidate {
                             node,
-                            state: State::Open(slopes),
-                        });
-                        continue;
+                            width,
+                            stuck,
+                            doubt: None,
+                        }));
                     }
-                    Known::Gradients(slopes) => (enclosing::width(&slopes), Cause::Budget),
-                    Known::Nothing(cause) => (f64::INFINITY, cause),
-                };
-                let stuck = if width > 0.7 * before || width == f64::INFINITY {
-                    stuck + 1
-                } else {
-                    0
-                };
-                if let Some(cause) = self.resignation(&node, (cause, stuck), has_room) {
-                    self.leaves.push(Leaf {
-                        node,
-                        state: State::Doubtful(cause),
-                    });
-                    continue;
                 }
-                self.divided.insert(key(&node));
-                next.extend(
-                    self.frame
-                        .children(&node)
-                        .map(|child| (child, width, stuck)),
-                );
             }
             front = next;
         }
         Ok(())
+    }
+
+    /// What becomes of cells.
+    fn judge(&mut self, front: &[Candidate], has_room: bool) -> Result<Vec<Verdict>, PolygonizeError> {
+        let shared = &*self;
+        let parts: Vec<Vec<Verdict>> = front
+            .par_chunks(CHUNK)
+            .map(|part| {
+                if shared.job.monitor.cancelled() {
+                    return Vec::new();
+                }
+                let sides = |candidate: &Candidate| shared.frame.sides(&candidate.node);
+                let boxes: Vec<[Interval; 3]> = part.iter().map(sides).collect();
+                let known = enclosing::judge(shared.analysed, shared.iso(), &boxes);
+                let verdict = |(candidate, known)| shared.verdict(candidate, known, has_room);
+                part.iter().zip(known).map(verdict).collect()
+            })
+            .collect();
+        if self.job.monitor.cancelled() {
+            return Err(PolygonizeError::Cancelled);
+        }
+        self.evaluations += front.len();
+        Ok(parts.into_iter().flatten().collect())
+    }
+
+    /// What becomes of a cell of which that much is known.
+    fn verdict(&self, candidate: &Candidate, known: Known, has_room: bool) -> Verdict {
+        let node = &candidate.node;
+        let (width, cause) = match known {
+            Known::Decided { is_inside: true }
+                if self.job.options.cap && self.frame.touches_side(node) =>
+            {
+                return Verdict::Leaf(State::Capped);
+            }
+            Known::Decided { is_inside } => return Verdict::Decided(is_inside),
+            Known::Gradients(slopes) if is_narrow(&slopes[..self.frame.dimension]) => {
+                return Verdict::Leaf(State::Open(slopes));
+            }
+            Known::Gradients(slopes) => (enclosing::width(&slopes), Cause::Budget),
+            Known::Nothing(cause) => (f64::INFINITY, cause),
+        };
+        if let Some(cause) = candidate.doubt {
+            return Verdict::Leaf(State::Doubtful(cause));
+        }
+        let is_stuck = width > 0.7 * candidate.width || width == f64::INFINITY;
+        let stuck = if is_stuck { candidate.stuck + 1 } else { 0 };
+        match self.resignation(node, (cause, stuck), has_room) {
+            Some(cause) => Verdict::Leaf(State::Doubtful(cause)),
+            None => Verdict::Divide { width, stuck },
+        }
     }
 
     /// Why a cell that fails should not be divided, if it should not.
@@ -191,30 +227,9 @@ impl<'a> Forest<'a> {
             };
             return Some(kink);
         }
-        doubts::is_singular(self.field, self.frame, self.job.accuracy.iso, node)
+        doubts::is_singular(self.analysed.field,
+             self.frame, self.job.accuracy.iso, node)
             .then_some(Cause::Singular)
-    }
-
-    /// What enclosures tell of cells.
-    fn judge(&mut self, front: &[(Node, f64, u32)]) -> Result<Vec<Known>, PolygonizeError> {
-        let (field, frame) = (self.field, self.frame);
-        let iso = self.job.accuracy.iso;
-        let parts: Vec<Vec<Known>> = front
-            .par_chunks(CHUNK)
-            .map(|part| {
-                if self.job.monitor.cancelled() {
-                    return Vec::new();
-                }
-                let boxes: Vec<[Interval; 3]> =
-                    part.iter().map(|(node, ..)| frame.sides(node)).collect();
-                enclosing::judge(field, iso, &boxes)
-            })
-            .collect();
-        if self.job.monitor.cancelled() {
-            return Err(PolygonizeError::Cancelled);
-        }
-        self.evaluations += front.len();
-        Ok(parts.into_iter().flatten().collect())
     }
 
     /// Divides leaves until neighbours differ by one level at most.
@@ -237,8 +252,18 @@ impl<'a> Forest<'a> {
             .partition(|leaf| keys.binary_search(&key(&leaf.node)).is_ok());
         self.leaves = kept;
         self.divided.extend(keys);
-        let children = old.iter().flat_map(|leaf| self.frame.children(&leaf.node));
-        self.settle(children.collect())
+        let frame = self.frame;
+        let children = |leaf: &Leaf| {
+            let doubt = match leaf.state {
+                State::Doubtful(cause) => Some(cause),
+                _ => None,
+            };
+            frame.children(&leaf.node).map(move |node| Candidate {
+                doubt,
+                ..Candidate::new(node)
+            })
+        };
+        self.settle(old.iter().flat_map(children).collect())
     }
 
     /// Tests all open leaves; returns those that failed and should be divided, ascending.
@@ -265,27 +290,50 @@ impl<'a> Forest<'a> {
             })
             .collect();
         let has_room = self.leaves.len() < CELLS.min(self.job.options.cell_limit);
+        let causes: FxHashMap<Key, Cause> = self
+            .leaves
+            .iter()
+            .filter_map(|leaf| match leaf.state {
+                State::Doubtful(cause) => Some((key(&leaf.node), cause)),
+                _ => None,
+            })
+            .collect();
+        let shared = &*self;
+        let states: Vec<Option<State>> = (self.leaves.par_iter().zip(passed))
+            .map(|(leaf, passed)| match leaf.state {
+                State::Open(slopes) if passed => Some(State::Proven(slopes)),
+                state if passed => Some(state),
+                _ => {
+                    let cause = shared.failure(&leaf.node, &causes, has_room)?;
+                    Some(State::Doubtful(cause))
+                }
+            })
+            .collect();
         let mut failed = Vec::new();
-        for (index, passed) in passed.into_iter().enumerate() {
-            let Leaf { node, state } = self.leaves[index];
-            self.leaves[index].state = match state {
-                State::Open(slopes) | State::Proven(slopes) if passed => State::Proven(slopes),
-                State::Capped if passed => State::Capped,
-                State::Doubtful(cause) => State::Doubtful(cause),
-                _ => match self.resignation(&node, (Cause::Budget, 0), has_room) {
-                    Some(Cause::Budget) if self.frame.touches_side(&node) => {
-                        State::Doubtful(Cause::Border)
-                    }
-                    Some(cause) => State::Doubtful(cause),
-                    None => {
-                        failed.push(key(&node));
-                        state
-                    }
-                },
-            };
+        for (leaf, state) in self.leaves.iter_mut().zip(states) {
+            match state {
+                Some(state) => leaf.state = state,
+                None => failed.push(key(&leaf.node)),
+            }
         }
         failed.sort_unstable();
         Ok(failed)
+    }
+
+    /// Why a leaf that failed the test should not be divided, if it should not: beside what is given
+    /// up that would go on for ever.
+    fn failure(&self, node: &Node, causes: &FxHashMap<Key, Cause>, has_room: bool) -> Option<Cause> {
+        let own = self.resignation(node, (Cause::Budget, 0), has_room);
+        let beside = || {
+            let mut neighbours = self.frame.neighbours(node).into_iter();
+            neighbours.find_map(|neighbour| causes.get(&neighbour).copied())
+        };
+        let is_fine = node.level > SUSPICIOUS && !causes.is_empty();
+        match own {
+            Some(Cause::Budget) if self.frame.touches_side(node) => Some(Cause::Border),
+            None if is_fine => beside(),
+            own => own,
+        }
     }
 
     /// Whether all simplices of a leaf pass.

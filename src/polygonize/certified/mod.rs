@@ -31,20 +31,25 @@
 
 mod border;
 mod cells;
+mod certificate;
 mod doubts;
 mod enclosing;
 mod forest;
 mod normals;
 mod topology;
+mod verify;
 
+pub use certificate::Certificate;
 pub use doubts::Cause;
 pub use topology::Component;
+pub use verify::{Verified, VerifyError, verify};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use self::cells::Frame;
-use self::forest::{Forest, State};
+use self::enclosing::Analysed;
+use self::forest::{Forest, Leaf, State};
 use self::topology::Count;
 use super::edge_roots::{self, Root, Segment};
 use super::grid::Seen;
@@ -63,6 +68,8 @@ pub struct Certified {
     pub components: Vec<Component>,
     /// Where the proof failed: neighbouring cells together, those of most cells first.
     pub doubts: Vec<Doubt>,
+    /// The proof, to be checked by others.
+    pub certificate: Certificate,
 }
 
 /// A place where nothing is proven.
@@ -89,21 +96,22 @@ pub(super) fn prove(job: &Job) -> Result<(Found, Certified), PolygonizeError> {
         needed: f64::INFINITY,
         limit: job.options.cell_limit,
     })?;
-    let forest = Forest::grow(job, field, &frame)?;
+    let analysed = Analysed::new(field);
+    let forest = Forest::grow(job, &analysed, &frame)?;
     let nodes: Vec<Node> = forest.leaves.iter().map(|leaf| leaf.node).collect();
     let decomposition = Decomposition::new(&forest.frame.lattice, &nodes);
     let count = counted(&forest, &decomposition, &nodes);
-    let mut certified = Certified {
-        proven: forest
-            .leaves
-            .iter()
-            .all(|leaf| !matches!(leaf.state, State::Doubtful(_))),
-        components: count.components(forest.frame.dimension),
+    let is_decided = |leaf: &Leaf| !matches!(leaf.state, State::Doubtful(_));
+    // A level set that ends inside of the box would be a mistake of the program's.
+    let proven = forest.leaves.iter().all(is_decided) && count.is_whole(&frame);
+    let components = count.components(frame.dimension);
+    let place = (&job.options.bounds, job.accuracy.iso);
+    let certified = Certified {
+        proven,
         doubts: doubts(&forest),
+        certificate: Certificate::of(&forest, place, (proven, &components)),
+        components,
     };
-    if certified.proven && !is_whole(&forest, &count) {
-        certified.proven = false;
-    }
     let seen = seen(&forest);
     let (shape, more) = match forest.frame.dimension {
         2 => curves(job, &forest, &decomposition, &nodes)?,
@@ -146,23 +154,6 @@ fn counted(forest: &Forest, decomposition: &Decomposition, nodes: &[Node]) -> Co
             });
     }
     count
-}
-
-/// Whether the zero set of the interpolant ends nowhere but in the sides of the box. It must not where
-/// all is proven; if it does, the program is wrong.
-fn is_whole(forest: &Forest, count: &Count) -> bool {
-    let frame = forest.frame;
-    let place = |key: &u64| frame.lattice.place(*key);
-    let ends_well = match frame.dimension {
-        2 => count
-            .ends()
-            .iter()
-            .all(|ends| frame.in_one_side(&[place(&ends[0]), place(&ends[1])])),
-        _ => count.open_triangles().all(|corners| {
-            frame.in_one_side(&[0, 1, 2].map(|index: usize| place(&corners[index])))
-        }),
-    };
-    ends_well && (frame.dimension == 2 || !count.is_branched())
 }
 
 /// On which side of the level cells and points were seen to be.
@@ -271,13 +262,13 @@ fn doubts(forest: &Forest) -> Vec<Doubt> {
         })
         .collect();
     let mut sets = DisjointSets::new(given_up.len() as u32);
-    let by_key: FxHashMap<forest::Key, u32> = given_up
+    let by_key: FxHashMap<cells::Key, u32> = given_up
         .iter()
         .enumerate()
-        .map(|(number, (node, _))| (forest::key(node), number as u32))
+        .map(|(number, (node, _))| (cells::key(node), number as u32))
         .collect();
     for (number, (node, _)) in given_up.iter().enumerate() {
-        for neighbour in neighbours(forest, node) {
+        for neighbour in forest.frame.neighbours(node) {
             if let Some(&other) = by_key.get(&neighbour) {
                 sets.union(number as u32, other);
             }
@@ -296,34 +287,6 @@ fn doubts(forest: &Forest) -> Vec<Doubt> {
         .into_iter()
         .map(|group| doubt(forest, &given_up, &group))
         .collect()
-}
-
-/// The names of cells of half the size up to twice the size that may touch a cell.
-fn neighbours(forest: &Forest, node: &Node) -> Vec<forest::Key> {
-    let mut keys = Vec::new();
-    let top = forest.frame.lattice.top;
-    for size in [node.size / 2, node.size, 2 * node.size] {
-        if size < 2 {
-            continue;
-        }
-        let range = |axis: usize| {
-            let low = node.low[axis].saturating_sub(1) / size;
-            let high = (node.low[axis] + node.size).min(top[axis] - 1) / size;
-            low..=high
-        };
-        for x in range(0) {
-            for y in range(1) {
-                for z in if forest.frame.dimension == 3 {
-                    range(2)
-                } else {
-                    0..=0
-                } {
-                    keys.push(([x, y, z].map(|step| step * size), size));
-                }
-            }
-        }
-    }
-    keys
 }
 
 /// A group of cells as one place.
@@ -359,7 +322,7 @@ fn doubt(forest: &Forest, given_up: &[(Node, Cause)], group: &[usize]) -> Doubt 
         place
     };
     let (place, values) = doubts::settled(
-        forest.field,
+        forest.analysed.field,
         forest.frame.dimension,
         forest.iso(),
         place,

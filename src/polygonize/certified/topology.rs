@@ -7,6 +7,7 @@
 
 use rustc_hash::FxHashMap;
 
+use super::cells::Frame;
 use crate::geometry::DisjointSets;
 
 /// A connected part of a level set.
@@ -84,8 +85,20 @@ impl Count {
         Some(numbers[0])
     }
 
+    /// Whether what was counted ends nowhere but in the sides of the box.
+    pub(super) fn is_whole(&self, frame: &Frame) -> bool {
+        let place = |key: u64| frame.lattice.place(key);
+        match frame.dimension {
+            2 => (self.ends().iter()).all(|ends| frame.in_one_side(&ends.map(place))),
+            _ => {
+                let mut open = self.open_triangles();
+                !self.is_branched() && open.all(|corners| frame.in_one_side(&corners.map(place)))
+            }
+        }
+    }
+
     /// Crossed triangles that are in one simplex only, by their corners' numbers, in any order.
-    pub(super) fn open_triangles(&self) -> impl Iterator<Item = &[u64; 3]> {
+    fn open_triangles(&self) -> impl Iterator<Item = &[u64; 3]> {
         self.triangles
             .iter()
             .filter(|(_, (_, uses))| *uses == 1)
@@ -93,7 +106,7 @@ impl Count {
     }
 
     /// Whether a crossed triangle is in more than two simplices, which no triangulation has.
-    pub(super) fn is_branched(&self) -> bool {
+    fn is_branched(&self) -> bool {
         self.triangles.values().any(|(_, uses)| *uses > 2)
     }
 
@@ -107,7 +120,7 @@ impl Count {
     }
 
     /// The crossed edges that are in one triangle only: in R2 where curves end.
-    pub(super) fn ends(&self) -> Vec<[u64; 2]> {
+    fn ends(&self) -> Vec<[u64; 2]> {
         let uses = self.uses();
         let ends = self
             .edges
