@@ -22,6 +22,7 @@ impl FallSet {
                 curves: self.fall.curves(frame),
                 method: "drop",
                 statistics: Statistics::default(),
+                certified: None,
             })),
             _ => Value::Mesh(Rc::new(MeshSet::new(self.fall.mesh(frame), "drop", None))),
         }

@@ -130,11 +130,7 @@ impl Frame {
             };
             for x in range(0) {
                 for y in range(1) {
-                    for z in if self.dimension == 3 {
-                        range(2)
-                    } else {
-                        0..=0
-                    } {
+                    for z in if self.dimension == 3 { range(2) } else { 0..=0 } {
                         keys.push(([x, y, z].map(|step| step * size), size));
                     }
                 }

@@ -88,7 +88,8 @@ impl Certificate {
         let lines = list(&mut self.field.lines().map(|line| json!(line).to_string()));
         let parameters = list(&mut self.parameters.iter().map(|&value| number(value)));
         let sides = self.sides.iter();
-        let sides = list(&mut sides.map(|&(low, high)| format!("[{},{}]", number(low), number(high))));
+        let sides =
+            list(&mut sides.map(|&(low, high)| format!("[{},{}]", number(low), number(high))));
         let coarse = list(&mut self.coarse.iter().map(u32::to_string));
         let components = list(&mut self.components.iter().map(|component| {
             let Component { euler, boundaries } = component;
@@ -115,8 +116,13 @@ impl Certificate {
         let each = |name: &str| content.get(name)?.as_array();
         let lines: Option<Vec<&str>> = each("field")?.iter().map(Json::as_str).collect();
         let certificate = Certificate {
-            field: lines?.iter().fold(String::new(), |text, line| text + line + "\n"),
-            parameters: each("parameters")?.iter().map(number).collect::<Option<_>>()?,
+            field: lines?
+                .iter()
+                .fold(String::new(), |text, line| text + line + "\n"),
+            parameters: each("parameters")?
+                .iter()
+                .map(number)
+                .collect::<Option<_>>()?,
             iso: number(content.get("iso")?)?,
             sides: each("box")?
                 .iter()

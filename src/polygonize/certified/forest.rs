@@ -8,7 +8,7 @@ use super::super::octree::balance::oversized;
 use super::super::octree::decompose::Decomposition;
 use super::super::simplices::Place;
 use super::super::{Job, PolygonizeError};
-use super::border;
+use super::boundary;
 use super::cells::{FINEST, Frame, Key, key};
 use super::doubts::{self, Cause};
 use super::enclosing::{self, Analysed, Known};
@@ -157,7 +157,11 @@ impl<'a> Forest<'a> {
     }
 
     /// What becomes of cells.
-    fn judge(&mut self, front: &[Candidate], has_room: bool) -> Result<Vec<Verdict>, PolygonizeError> {
+    fn judge(
+        &mut self,
+        front: &[Candidate],
+        has_room: bool,
+    ) -> Result<Vec<Verdict>, PolygonizeError> {
         let shared = &*self;
         let parts: Vec<Vec<Verdict>> = front
             .par_chunks(CHUNK)
@@ -184,7 +188,9 @@ impl<'a> Forest<'a> {
         let node = &candidate.node;
         let (width, cause) = match known {
             Known::Decided { is_inside: true }
-                if self.job.options.cap && self.frame.touches_side(node) =>
+                if self.job.options.cap
+                    && self.frame.dimension == 3
+                    && self.frame.touches_side(node) =>
             {
                 return Verdict::Leaf(State::Capped);
             }
@@ -227,8 +233,7 @@ impl<'a> Forest<'a> {
             };
             return Some(kink);
         }
-        doubts::is_singular(self.analysed.field,
-             self.frame, self.job.accuracy.iso, node)
+        doubts::is_singular(self.analysed.field, self.frame, self.job.accuracy.iso, node)
             .then_some(Cause::Singular)
     }
 
@@ -273,7 +278,7 @@ impl<'a> Forest<'a> {
         let frame = self.frame;
         let decomposition = Decomposition::new(&frame.lattice, &nodes);
         self.evaluate(&decomposition, &nodes)?;
-        let uncertain = border::uncertain(self, &decomposition, &nodes);
+        let uncertain = boundary::uncertain(self, &decomposition, &nodes);
         let shared = &*self;
         let passed: Vec<bool> = self
             .leaves
@@ -322,7 +327,12 @@ impl<'a> Forest<'a> {
 
     /// Why a leaf that failed the test should not be divided, if it should not: beside what is given
     /// up that would go on for ever.
-    fn failure(&self, node: &Node, causes: &FxHashMap<Key, Cause>, has_room: bool) -> Option<Cause> {
+    fn failure(
+        &self,
+        node: &Node,
+        causes: &FxHashMap<Key, Cause>,
+        has_room: bool,
+    ) -> Option<Cause> {
         let own = self.resignation(node, (Cause::Budget, 0), has_room);
         let beside = || {
             let mut neighbours = self.frame.neighbours(node).into_iter();
@@ -361,7 +371,7 @@ impl<'a> Forest<'a> {
             let normal = normal(lattice, corners, &values[..corners.len()]);
             passes &= normal.agrees(&slopes[..dimension], 0);
             if passes && at_side {
-                passes = border::passes(self, corners, &values, (&normal, slopes));
+                passes = boundary::passes(self, corners, &values, (&normal, slopes));
             }
         });
         passes
@@ -380,6 +390,11 @@ impl<'a> Forest<'a> {
     pub(super) fn value(&self, place: Place) -> f64 {
         let known = self.values.get(&self.frame.lattice.key(place));
         known.copied().unwrap_or(f64::NAN)
+    }
+
+    /// Whether the lowest corner of the box is inside.
+    pub(super) fn corner_is_inside(&self) -> bool {
+        self.job.field.value(self.frame.lattice.point([0; 3])) < self.iso()
     }
 
     /// The level.

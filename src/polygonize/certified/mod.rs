@@ -22,14 +22,14 @@
 //! along its flow lines that of F moves to that of L as t does from 0 to 1. ∎
 //!
 //! In the sides, edges and corners of the box the same holds of F and L restricted to them, with the
-//! components of g and ξ along them (`border`), so that the field can be chosen tangential there and
+//! components of g and ξ along them (`boundary`), so that the field can be chosen tangential there and
 //! the isotopy keeps the box. Where T meets such a part and F has no zero, L must have F's sign.
 //!
 //! The mesh is that of marching tetrahedra: L's zero set, with its vertices moved along their edges to roots of
 //! F. Cells that cannot be proven are left as they are when dividing is of no use any more, and named
 //! with a reason (`doubts`): then nothing is claimed.
 
-mod border;
+mod boundary;
 mod cells;
 mod certificate;
 mod doubts;
@@ -55,7 +55,7 @@ use super::edge_roots::{self, Root, Segment};
 use super::grid::Seen;
 use super::octree::decompose::Decomposition;
 use super::octree::{self, Node};
-use super::{Found, Job, PolygonizeError, Shape, Statistics, simplices, squares};
+use super::{Found, Job, PolygonizeError, Shape, Statistics, border, simplices, squares};
 use crate::geometry::{Curves, DisjointSets};
 use rustc_hash::FxHashMap;
 
@@ -241,7 +241,11 @@ fn curves(
         cut_by_box: is_cut,
         ..Statistics::of_roots(&roots)
     };
-    let polylines = squares::join(&positions, &segments);
+    let mut polylines = squares::join(&positions, &segments);
+    if job.options.cap {
+        let is_inside = forest.corner_is_inside();
+        polylines = border::closed(polylines, &job.options.bounds, is_inside);
+    }
     Ok((
         Shape::Curves(Curves {
             dimension: 2,

@@ -100,7 +100,12 @@ pub fn verify(text: &str, monitor: &dyn Monitor) -> Result<Verified, VerifyError
     check.corners()?;
     check.tested(&cells)?;
     let claims = check.claims(&cells)?;
-    let count = |letters: &str| cells.iter().filter(|(_, own)| letters.contains(*own)).count();
+    let count = |letters: &str| {
+        cells
+            .iter()
+            .filter(|(_, own)| letters.contains(*own))
+            .count()
+    };
     let undecided = cells.iter().filter(|(_, letter)| *letter == '?');
     let undecided: Vec<DVec3> = undecided.map(|(node, _)| middle(&frame, node)).collect();
     if claims != certificate.components || certificate.proven != undecided.is_empty() {
@@ -118,7 +123,10 @@ pub fn verify(text: &str, monitor: &dyn Monitor) -> Result<Verified, VerifyError
 }
 
 /// The field of a certificate, which is evaluated by the table's rules, and its number of nodes.
-fn field(certificate: &Certificate, dimension: usize) -> Result<(CompiledField, usize), VerifyError> {
+fn field(
+    certificate: &Certificate,
+    dimension: usize,
+) -> Result<(CompiledField, usize), VerifyError> {
     let bad = |line: &str| VerifyError::BadField(format!("`{line}` is no node"));
     let mut graph = Graph::new();
     let mut nodes: Vec<NodeId> = Vec::new();
@@ -139,7 +147,12 @@ fn field(certificate: &Certificate, dimension: usize) -> Result<(CompiledField, 
         let words: Vec<&str> = rest.ok_or_else(|| bad(line))?.split(' ').collect();
         let operands: Option<Vec<NodeId>> = words[1..].iter().map(|word| operand(word)).collect();
         let operands = operands.ok_or_else(|| bad(line))?;
-        let node = node(&mut graph, words[0], &operands, (dimension, certificate.parameters.len()));
+        let node = node(
+            &mut graph,
+            words[0],
+            &operands,
+            (dimension, certificate.parameters.len()),
+        );
         nodes.push(node.ok_or_else(|| bad(line))?);
     }
     let root = root.ok_or_else(|| bad("output"))?;
@@ -163,7 +176,11 @@ fn node(
     if !operands.is_empty() {
         return None;
     }
-    if let Some(axis) = ["x", "y", "z"].iter().take(dimension).position(|name| *name == word) {
+    if let Some(axis) = ["x", "y", "z"]
+        .iter()
+        .take(dimension)
+        .position(|name| *name == word)
+    {
         return Some(graph.coordinate(axis));
     }
     if let Some(place) = word.strip_prefix('q') {
@@ -291,20 +308,21 @@ impl<'a> Check<'a> {
                 false => Err(self.fails(node, "F − iso may vanish in it, or has the other sign")),
             }
         })?;
-        self.each(cells, "c", |node, _| {
-            match self.has_sign(node, true) {
-                true => Ok(()),
-                false => Err(self.fails(node, "F − iso is computed with the other sign")),
-            }
+        self.each(cells, "c", |node, _| match self.has_sign(node, true) {
+            true => Ok(()),
+            false => Err(self.fails(node, "F − iso is computed with the other sign")),
         })
     }
 
     /// Whether F − iso is computed to be inside, or outside, at all corners of a cell's simplices.
     fn has_sign(&self, node: &Node, is_inside: bool) -> bool {
         let mut agrees = true;
-        self.frame.for_each_simplex(&self.decomposition, node, |corners| {
-            agrees &= corners.iter().all(|&corner| (self.value(corner) < 0.0) == is_inside);
-        });
+        self.frame
+            .for_each_simplex(&self.decomposition, node, |corners| {
+                agrees &= corners
+                    .iter()
+                    .all(|&corner| (self.value(corner) < 0.0) == is_inside);
+            });
         agrees
     }
 
@@ -360,7 +378,8 @@ impl<'a> Check<'a> {
             }
             let holds = |power: u32| {
                 let size = 1 << power;
-                self.active.contains(&(low.map(|place| place / size * size), size))
+                self.active
+                    .contains(&(low.map(|place| place / size * size), size))
             };
             !(1..=FINEST + 1).any(holds)
         })
@@ -381,11 +400,12 @@ impl<'a> Check<'a> {
                 return Err(self.fails(node, "F may jump in it, or its gradient is not bounded"));
             };
             let mut failure = None;
-            self.frame.for_each_simplex(&self.decomposition, node, |corners| {
-                if failure.is_none() {
-                    failure = self.simplex(corners, &slopes).err();
-                }
-            });
+            self.frame
+                .for_each_simplex(&self.decomposition, node, |corners| {
+                    if failure.is_none() {
+                        failure = self.simplex(corners, &slopes).err();
+                    }
+                });
             failure.map_or(Ok(()), |what| Err(self.fails(node, what)))
         })
     }
@@ -414,9 +434,14 @@ impl<'a> Check<'a> {
             }
             let hull = self.frame.hull(&touching);
             let is_inside = self.value(touching[0]) < 0.0;
-            let agree = touching.iter().all(|&place| (self.value(place) < 0.0) == is_inside);
+            let agree = touching
+                .iter()
+                .all(|&place| (self.value(place) < 0.0) == is_inside);
             let has_sign = agree && self.sign(hull) == Some(is_inside);
-            let along = || self.slopes(hull).is_some_and(|own| is_positive(&normal[..dimension], &own, part));
+            let along = || {
+                self.slopes(hull)
+                    .is_some_and(|own| is_positive(&normal[..dimension], &own, part))
+            };
             if !has_sign && !along() {
                 return Err("the level set may touch a side of the box there");
             }
