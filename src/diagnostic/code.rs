@@ -83,6 +83,7 @@ codes! {
     E0405 NoSurface "no zero in the box",
     E0501 AssertionFailed "assertion failed",
     E0502 Cancelled "work that was cancelled",
+    E0503 NotVerified "certificate that is not accepted",
     E0601 RecursionLimit "recursion too deep",
     E0602 NodeLimit "expression graph too large",
     E0603 LengthLimit "list too long",
@@ -119,7 +120,8 @@ codes! {
     W0817 CrushedSolid "solid that its fall crushes",
     W0818 UndecidedRoots "roots that are not proven",
     W0819 FoldedFacets "facets that are turned over",
-    W0820 Plateau "level set with an interior",
+    W0820 TopologyNotProven "topology that is not proven",
+    W0821 Plateau "level set with an interior",
 }
 
 impl Code {

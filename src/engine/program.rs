@@ -233,7 +233,7 @@ impl Program {
     }
 
     /// The first root in the program's own graph, whose parameters are places of q.
-    pub(super) fn first_root(&self) -> Option<(&Graph, NodeId)> {
+    pub fn first_root(&self) -> Option<(&Graph, NodeId)> {
         Some((&self.graph, *self.roots.first()?))
     }
 

@@ -45,6 +45,8 @@ pub struct MeshSet {
     pub method: &'static str,
     /// What the polygonizer tells; absent for what none made.
     pub statistics: Option<polygonize::Statistics>,
+    /// What "certified" proved; absent for what other methods made.
+    pub certified: Option<polygonize::Certified>,
     topology: OnceCell<Topology>,
 }
 
@@ -57,6 +59,8 @@ pub struct CurveSet {
     pub method: &'static str,
     /// What the polygonizer tells.
     pub statistics: polygonize::Statistics,
+    /// What "certified" proved; absent for what other methods made.
+    pub certified: Option<polygonize::Certified>,
 }
 
 /// An image and how it came about.
@@ -100,6 +104,7 @@ impl MeshSet {
             mesh,
             method,
             statistics,
+            certified: None,
             topology: OnceCell::new(),
         }
     }
@@ -108,6 +113,16 @@ impl MeshSet {
     pub fn topology(&self) -> &Topology {
         self.topology.get_or_init(|| self.mesh.topology())
     }
+}
+
+/// The text of the proof that came with a mesh or with curves.
+pub fn certificate(value: &Value) -> Option<String> {
+    let certified = match value {
+        Value::Mesh(set) => set.certified.as_ref(),
+        Value::Curves(set) => set.certified.as_ref(),
+        _ => None,
+    };
+    Some(certified?.certificate.text())
 }
 
 /// A named property of a kind of value; no value where it cannot be given.
@@ -157,6 +172,11 @@ const MESH: &[Property<MeshSet>] = &[
         }
     }),
     shown("bounds", |set| set.mesh.bounds().map(sides)),
+    shown("proven", |set| {
+        let certified = set.certified.as_ref()?;
+        Some(Value::Bool(certified.proven))
+    }),
+    hidden("doubts", |set| Some(doubts(set.certified.as_ref()?, 3))),
     shown("max_residual", |set| {
         number(set.statistics.as_ref()?.max_residual)
     }),
@@ -334,8 +354,19 @@ fn estimated_area(set: &SampleSet, part: Part) -> Option<Value> {
     in_plane(set, lines.volume, part).or_else(|| in_space(set, lines.area, part))
 }
 
+/// The places in which the topology is not proven.
+fn doubts(certified: &polygonize::Certified, dimension: usize) -> Value {
+    let places: Vec<_> = certified.doubts.iter().map(|doubt| doubt.place).collect();
+    points(&places, dimension)
+}
+
 const CURVES: &[Property<CurveSet>] = &[
     shown("method", |set| Some(Value::text(set.method))),
+    shown("proven", |set| {
+        let certified = set.certified.as_ref()?;
+        Some(Value::Bool(certified.proven))
+    }),
+    hidden("doubts", |set| Some(doubts(set.certified.as_ref()?, 2))),
     shown("components", |set| count(set.curves.components())),
     shown("closed", |set| {
         Some(Value::Bool(

@@ -124,6 +124,15 @@ pub enum PolygonizeError {
     /// No samples could be made.
     #[error("{0}")]
     Sampling(SampleError),
+    /// The level set is proven to be empty in the box.
+    #[error("no point with F = {iso} is in the box, which is proven")]
+    ProvenEmpty {
+        /// The level.
+        iso: f64,
+    },
+    /// The field gives no enclosures.
+    #[error("nothing can be proven of a field that is not compiled")]
+    NothingToProveWith,
     /// The monitor asked for an end.
     #[error("cancelled")]
     Cancelled,

@@ -12,6 +12,7 @@ mod ambiguity;
 mod border;
 mod bracketing;
 mod bricks;
+mod certified;
 mod columns;
 mod continuation;
 mod cubes;
@@ -46,6 +47,9 @@ use crate::engine::{Field, Monitor};
 use crate::geometry::{Curves, Mesh};
 
 pub use bricks::{Brick, Bricks};
+pub use certified::{
+    Cause, Certificate, Certified, Component, Doubt, Verified, VerifyError, verify,
+};
 pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
@@ -62,6 +66,8 @@ pub struct Polygonized {
     pub method: Method,
     /// What the work amounted to.
     pub statistics: Statistics,
+    /// What "certified" proves; none for other methods.
+    pub certified: Option<Certified>,
 }
 
 /// What a level set is made of, by the dimension of the field.
@@ -125,6 +131,7 @@ pub fn polygonize(
         accuracy: accuracy(options),
         monitor,
     };
+    let mut proof = None;
     let (shape, seen, mut statistics) = match method {
         Method::Bracketing => bracketing::find(&job)?,
         Method::Newton => newton::find(&job)?,
@@ -138,12 +145,20 @@ pub fn polygonize(
         Method::Dual => dual::march(&job)?,
         Method::Springs => springs::adapt(&job)?,
         Method::Delaunay => delaunay::triangulate(&job)?,
+        Method::Certified => {
+            let (found, certified) = certified::prove(&job)?;
+            proof = Some(certified);
+            found
+        }
     };
     // Of poor roots alone there is no level set.
     let may_have_more = match &shape {
         Shape::Roots(roots) => roots.undecided.iter().any(|part| !part.reason.is_break()),
         _ => false,
     };
+    if statistics.good_roots == 0 && statistics.proven && method == Method::Certified {
+        return Err(PolygonizeError::ProvenEmpty { iso: options.iso });
+    }
     if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));
     }
@@ -155,6 +170,7 @@ pub fn polygonize(
         shape,
         method,
         statistics,
+        certified: proof,
     })
 }
 
@@ -192,6 +208,7 @@ pub fn polygonize_curve(
         shape,
         method,
         statistics,
+        certified: None,
     })
 }
 

@@ -13,9 +13,9 @@
 //! F must be a [`CompiledField`](crate::engine::CompiledField) for that; for others nothing is proven, so that all
 //! leaves are of the smallest size. Cost and memory grow with the surface.
 
-mod balance;
+pub(super) mod balance;
 mod build;
-mod decompose;
+pub(super) mod decompose;
 mod flat;
 
 use rayon::prelude::*;
@@ -31,23 +31,23 @@ const CHUNK: usize = 1024;
 
 /// A cube of the octree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Node {
+pub(super) struct Node {
     /// 0 for the largest.
-    level: u32,
+    pub(super) level: u32,
     /// The place of its lowest corner in the lattice.
-    low: Place,
+    pub(super) low: Place,
     /// The length of its sides in places, even.
-    size: u32,
+    pub(super) size: u32,
 }
 
 impl Node {
     /// The place so many halves of its side away from the lowest corner along each axis.
-    fn at(&self, halves: [u32; 3]) -> Place {
+    pub(super) fn at(&self, halves: [u32; 3]) -> Place {
         [0, 1, 2].map(|axis| self.low[axis] + halves[axis] * (self.size / 2))
     }
 
     /// The eight parts of half its size.
-    fn children(&self) -> impl Iterator<Item = Node> + use<> {
+    pub(super) fn children(&self) -> impl Iterator<Item = Node> + use<> {
         let node = *self;
         (0..8).map(move |number: u32| Node {
             level: node.level + 1,
@@ -57,7 +57,7 @@ impl Node {
     }
 
     /// What it is a part of, below the coarsest level.
-    fn parent(&self) -> Node {
+    pub(super) fn parent(&self) -> Node {
         let size = 2 * self.size;
         Node {
             level: self.level.saturating_sub(1),
@@ -136,7 +136,7 @@ pub(super) fn march(job: &Job) -> Result<Found, PolygonizeError> {
 }
 
 /// F − iso at points, by their numbers.
-type Values = FxHashMap<u64, f64>;
+pub(super) type Values = FxHashMap<u64, f64>;
 
 /// F − iso at points that are given by their numbers, and how often it was seen to be what.
 fn evaluate(
@@ -167,7 +167,11 @@ fn evaluate(
 }
 
 /// F − iso at places.
-fn values_at(job: &Job, places: impl Iterator<Item = Place>, lattice: &Lattice) -> Vec<f64> {
+pub(super) fn values_at(
+    job: &Job,
+    places: impl Iterator<Item = Place>,
+    lattice: &Lattice,
+) -> Vec<f64> {
     let mut columns = [const { Vec::new() }; 3];
     for place in places {
         for (axis, column) in columns.iter_mut().enumerate() {
@@ -184,7 +188,7 @@ fn values_at(job: &Job, places: impl Iterator<Item = Place>, lattice: &Lattice) 
 }
 
 /// The surface in the leaves.
-fn surface(
+pub(super) fn surface(
     decomposition: &Decomposition,
     leaves: &[Node],
     values: &Values,

@@ -34,6 +34,8 @@ pub enum Method {
     Springs,
     /// R3: the restricted Delaunay triangulation of samples.
     Delaunay,
+    /// R2 and R3: a subdivision that proves the topology (after Plantinga and Vegter).
+    Certified,
 }
 
 impl Method {
@@ -51,6 +53,7 @@ impl Method {
         (Method::Dual, "dual", &[3]),
         (Method::Springs, "springs", &[2, 3]),
         (Method::Delaunay, "delaunay", &[3]),
+        (Method::Certified, "certified", &[2, 3]),
     ];
 
     /// The method that is taken in so many dimensions if none is asked for.

@@ -55,8 +55,9 @@ const FACES: [[usize; 3]; 4] = [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]];
 
 /// Points of a box: the corners of equal cells, at even places, and those halfway between.
 pub(super) struct Lattice {
-    /// The coordinates by place along each axis.
+    /// The coordinates by place along each axis; of a large lattice none, they are computed.
     coordinates: [Vec<f64>; 3],
+    sides: [(f64, f64); 3],
     /// The last place along each axis.
     pub(super) top: Place,
 }
@@ -64,25 +65,40 @@ pub(super) struct Lattice {
 impl Lattice {
     /// The lattice of so many cells along each axis; `None` if its places cannot be numbered.
     pub(super) fn new(bounds: &Bounds, cells: [usize; 3]) -> Option<Self> {
+        let mut lattice = Lattice::large(bounds, cells)?;
+        for axis in 0..bounds.dimension.min(3) {
+            let column = (0..=lattice.top[axis]).map(|place| lattice.coordinate(axis, place));
+            lattice.coordinates[axis] = column.collect();
+        }
+        Some(lattice)
+    }
+
+    /// The same for a lattice of which few points will be used: its coordinates are computed each
+    /// time. Axes that the box does not have run from 0 to 1.
+    pub(super) fn large(bounds: &Bounds, cells: [usize; 3]) -> Option<Self> {
         let mut top = [0; 3];
         let mut points = 1u64;
         for (top, cells) in top.iter_mut().zip(cells) {
             *top = u32::try_from(cells.checked_mul(2)?).ok()?;
             points = points.checked_mul(u64::from(*top) + 1)?;
         }
-        let mut coordinates = [const { Vec::new() }; 3];
-        for ((column, side), last) in coordinates.iter_mut().zip(bounds.sides()).zip(top) {
-            let last = last as usize;
-            *column = (0..=last)
-                .map(|step| coordinate(side, step, last))
-                .collect();
+        let mut sides = [(0.0, 1.0); 3];
+        for (own, side) in sides.iter_mut().zip(bounds.sides()) {
+            *own = side;
         }
-        Some(Lattice { coordinates, top })
+        Some(Lattice {
+            coordinates: [const { Vec::new() }; 3],
+            sides,
+            top,
+        })
     }
 
     /// The coordinate of a place along an axis.
     pub(super) fn coordinate(&self, axis: usize, place: u32) -> f64 {
-        self.coordinates[axis][place as usize]
+        match self.coordinates[axis].get(place as usize) {
+            Some(&known) => known,
+            None => coordinate(self.sides[axis], place as usize, self.top[axis] as usize),
+        }
     }
 
     /// The coordinates of all places along an axis.

@@ -54,6 +54,11 @@ pub(super) enum Command {
         after_help = "Examples:\n  imp mesh examples/torus.imp -o torus.stl\n  imp mesh scene.imp \"a & !b\" -o cut.obj --cell 0.02 --bounds \"[-1..1, -1..1, 0..2]\" --cap\n  imp mesh examples/gyroid.imp gyroid -o gyroid.ply --resolution 1024 --bricks 256"
     )]
     Mesh(Mesh),
+    /// Proves again the topology that a certificate claims
+    #[command(
+        after_help = "Examples:\n  imp mesh examples/torus.imp --method certified -o torus.ply --certificate torus.certificate\n  imp verify torus.certificate\n\nThe certificate holds the field, the box and its cells; all of them are proven again with intervals.\nExit codes: 0 it is accepted, 1 it is not, 3 it cannot be read."
+    )]
+    Verify(Verify),
     /// Samples a field's zero set with particles
     #[command(
         after_help = "Examples:\n  imp sample examples/blobs.imp -o blobs.ply --spacing 0.05\n  imp sample examples/blobs.imp -o blobs.ply --count 10000 --seed 1\n  imp sample examples/blobs.imp -o blobs.ply --spacing \"p -> 0.03 + 0.05*norm(p)\"\n  imp sample examples/blobs.imp -o blobs.ply --adapt curvature --contrast 4\n  imp sample examples/torus.imp -o part.ply --bounds \"[0..2, -2..2, -1..1]\" --timings\n  imp sample examples/cassini.imp -o ovals.csv --method trace --spacing 0.01\n  imp sample examples/heart.imp -o heart.ply --method dynamic --count 3000 --friction 0.1\n  imp sample examples/heart.imp --method rays --count 100000 --json"
@@ -236,8 +241,8 @@ pub(super) struct Mesh {
     #[command(flatten)]
     pub(super) subject: Subject,
     /// The method: in R3 dual (the usual one: sharp edges), cubes, extended (cubes with sharp edges),
-    /// tetrahedra, octree, springs, continuation or delaunay; in R2 squares, quadtree, springs or
-    /// continuation; in R1 newton or bracketing
+    /// tetrahedra, octree, springs, continuation, delaunay or certified (proven topology, without a
+    /// resolution); in R2 squares, quadtree, springs, continuation or certified; in R1 newton or bracketing
     #[arg(long, value_name = "NAME")]
     pub(super) method: Option<String>,
     /// The side of a cell
@@ -284,6 +289,18 @@ pub(super) struct Mesh {
     /// how far it is from the field's surface
     #[arg(long)]
     pub(super) report: bool,
+    /// With certified, a file for the proof, which `imp verify` checks
+    #[arg(long, value_name = "FILE", conflicts_with = "report")]
+    pub(super) certificate: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) common: Common,
+}
+
+#[derive(Args, Debug)]
+pub(super) struct Verify {
+    /// The certificate; `-` is standard input
+    #[arg(value_name = "FILE")]
+    pub(super) file: PathBuf,
     #[command(flatten)]
     pub(super) common: Common,
 }
@@ -500,6 +517,7 @@ impl Command {
             Command::Fmt(command) => &command.common,
             Command::Eval(command) => &command.common,
             Command::Mesh(command) => &command.common,
+            Command::Verify(command) => &command.common,
             Command::Sample(command) => &command.common,
             Command::Render(command) => &command.common,
             Command::Doc(command) => &command.common,

@@ -41,6 +41,11 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         ("tolerance", command.tolerance.as_deref()),
         ("bricks", command.bricks.as_deref()),
     ];
+    let further = match (&command.certificate, command.report) {
+        (Some(path), _) => Further::Certificate(path),
+        (None, true) => Further::Report,
+        (None, false) => Further::Nothing,
+    };
     make(
         match command.bricks {
             Some(_) => BRICKS,
@@ -49,11 +54,7 @@ pub(super) fn mesh(command: &Mesh) -> Result<(), u8> {
         &command.subject,
         &flags,
         &command.common,
-        if command.report {
-            Further::Report
-        } else {
-            Further::Nothing
-        },
+        further,
     )
 }
 
@@ -110,12 +111,14 @@ const BRICKS: &str = "export_bricks";
 
 /// What is told of a result besides its properties.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum Further {
+pub(super) enum Further<'a> {
     Nothing,
     /// What took how long.
     Timings,
     /// All measures of a mesh.
     Report,
+    /// A file for the proof of the topology.
+    Certificate(&'a Path),
 }
 
 /// Calls a function of the language with the field and the flags, writes what it gives, and
@@ -125,7 +128,7 @@ pub(super) fn make(
     subject: &Subject,
     flags: &[Flag<'_>],
     common: &Common,
-    further: Further,
+    further: Further<'_>,
 ) -> Result<(), u8> {
     let mut workspace = Workspace::open(Some(&subject.file), common, Mode::Define)?;
     workspace.run()?;
@@ -156,6 +159,9 @@ pub(super) fn make(
         Some(path) => Some(write(path, common, &value).map_err(|error| workspace.fail(&[*error]))?),
         None => None,
     };
+    if let Further::Certificate(path) = further {
+        write_certificate(path, common, &value).map_err(|error| workspace.fail(&[*error]))?;
+    }
     let phases = match &value {
         Value::Samples(set) => set.statistics.as_ref().map(|told| told.times.clone()),
         _ => None,
@@ -311,6 +317,15 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
     };
     result.map_err(|error| file_failure(&error))?;
     Ok(path)
+}
+
+/// Writes the proof of the topology.
+fn write_certificate(path: &Path, common: &Common, value: &Value) -> Outcome<()> {
+    let text = product::certificate(value).ok_or_else(|| {
+        let message = "only `--method certified` makes a certificate, in R2 and R3";
+        Box::new(Diagnostic::error(Code::Usage, message.to_owned()))
+    })?;
+    file::write_text(&output_path(path, common), &text).map_err(|error| file_failure(&error))
 }
 
 /// What is known of roots beyond their values: for each whether it is proven and an interval that

@@ -25,6 +25,7 @@ mod repl;
 mod run;
 mod test;
 mod timings;
+mod verify;
 mod watch;
 mod workspace;
 
@@ -123,6 +124,7 @@ fn perform(command: &Command) -> Result<(), u8> {
         Command::Test(command) => test::test(command),
         Command::Eval(command) => eval::eval(command),
         Command::Mesh(command) => make::mesh(command),
+        Command::Verify(command) => verify::verify(command),
         Command::Sample(command) => make::sample(command),
         Command::Render(command) => render::render(command),
         Command::Doc(command) => doc::doc(command),

@@ -61,10 +61,10 @@ fn a_level_set_with_an_interior_is_told_of() {
     let flat =
         "field flat(x, y) over -1..1 = max(norm([x, y]) - 0.7, 0) - max(0.3 - norm([x, y]), 0)\n";
     let run = script(&format!("{flat}print(polygonize(flat).components)\n"));
-    assert!(run.stderr.contains("W0820"), "{}", run.stderr);
+    assert!(run.stderr.contains("W0821"), "{}", run.stderr);
     let ring = "field ring(x, y) over -1..1 = abs(norm([x, y]) - 0.5) - 0.1\n";
     let run = script(&format!("{ring}print(polygonize(ring).components)\n"));
-    assert!(!run.stderr.contains("W0820"), "{}", run.stderr);
+    assert!(!run.stderr.contains("W0821"), "{}", run.stderr);
 }
 
 #[test]

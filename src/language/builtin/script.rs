@@ -10,7 +10,7 @@ use crate::language::arithmetic::value_of_node;
 use crate::language::field::FieldValue;
 use crate::language::function::{At, FunctionValue};
 use crate::language::json::json;
-use crate::language::product::MeshSet;
+use crate::language::product::{self, MeshSet};
 use crate::language::session::Session;
 use crate::language::settings::quoted;
 use crate::language::show::show;
@@ -40,7 +40,7 @@ pub(super) const TABLE: &[Builtin] = &[
     action(
         "export",
         &["value", "path"],
-        "Writes a mesh, curves, samples, a solid or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .off .glb .3mf .vtp .vtu .csv .svg .dxf .png. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
+        "Writes a mesh, curves, samples, a solid or an image to a file below the output directory, in the format that the extension names: .obj .stl .ply .off .glb .3mf .vtp .vtu .csv .svg .dxf .png. With the extension .certificate it writes the proof of what `polygonize` made by the method `\"certified\"`. Of a simulation that is recorded, and of a fall, it writes a file for each frame, `name-0000.ply` and so on; of another simulation the floaters as they are.",
         export,
     ),
     pure(
@@ -175,6 +175,12 @@ pub(super) fn write(
     path: &Path,
     value: &Value,
 ) -> Outcome<()> {
+    let is_certificate = path
+        .extension()
+        .is_some_and(|extension| extension == "certificate");
+    if is_certificate {
+        return write_certificate(session, arguments, path, value);
+    }
     write_by(session, arguments, path, |path, left| match value {
         Value::Mesh(set) => Some(file::write_mesh(path, &set.mesh, left)),
         Value::Curves(set) => Some(file::write_curves(path, &set.curves, left)),
@@ -191,6 +197,30 @@ pub(super) fn write(
         let expected = "a mesh, curves, samples, an image, a solid, a simulation or a fall";
         arguments.expected(expected, "value", value)
     })
+}
+
+/// Writes the proof that belongs to a mesh or to curves.
+fn write_certificate(
+    session: &mut Session,
+    arguments: &Arguments,
+    path: &Path,
+    value: &Value,
+) -> Outcome<()> {
+    let Some(text) = product::certificate(value) else {
+        let expected = "what `polygonize` makes with `method = \"certified\"`";
+        return Err(arguments.expected(expected, "value", value));
+    };
+    write_by(session, arguments, path, |path, left| {
+        let bytes = text.len() as u64;
+        Some(match bytes <= left {
+            true => file::write_text(path, &text).map(|()| bytes),
+            false => Err(FileError::TooLarge {
+                path: path.to_owned(),
+                limit: left,
+            }),
+        })
+    })?;
+    Ok(())
 }
 
 /// Writes a file by a function that is told how many bytes it may have; `None` where the function

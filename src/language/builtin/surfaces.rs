@@ -8,7 +8,8 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use self::warnings::{
-    warn_about_components, warn_about_mesh, warn_about_roots, warn_about_vertices, warn_not_proven,
+    warn_about_components, warn_about_mesh, warn_about_proof, warn_about_roots,
+    warn_about_vertices, warn_not_proven,
 };
 use super::extent::found_bounds;
 use super::samples::{common_box, no_common_zero, points_of, sample_failure};
@@ -43,7 +44,7 @@ pub(super) const TABLE: &[Builtin] = &[
             "snap = false",
             "samples =",
         ],
-        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"springs\"`, an adapted triangulation that springs fit to the surface (also in R2; where the box cuts the surface it needs `cap = false`); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
+        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"springs\"`, an adapted triangulation that springs fit to the surface (also in R2; where the box cuts the surface it needs `cap = false`); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"certified\"` (also in R2: it takes no resolution, but divides cells until intervals prove that the mesh has the topology of the surface; `proven` says whether that came about, a warning says where it did not, and why; `export(m, \"m.certificate\")` writes the proof, which `imp verify` checks); `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
     ),
     action(
@@ -205,6 +206,9 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     let mut options = polygonize::Options::new(bounds);
     options.method = method;
     cell_arguments(session, arguments, &mut options)?;
+    if used == Method::Certified {
+        refuse_cells(arguments)?;
+    }
     options.iso = iso;
     if let Some(cap) = arguments.bool(session, "cap")? {
         if used == Method::Delaunay && cap {
@@ -247,11 +251,30 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
     warn_about_mesh(session, arguments, &found.statistics, &options);
     warn_about_vertices(session, arguments, &found.statistics, &options);
     warn_about_components(session, arguments, &found);
+    if let Some(certified) = &found.certified {
+        warn_about_proof(session, arguments, (certified, bounds.dimension));
+    }
     if let Shape::Roots(roots) = &found.shape {
         warn_about_roots(session, arguments, roots);
         session.isolated = Some(roots.clone());
     }
     Ok(value_of(found))
+}
+
+/// Refuses a resolution where the method finds it.
+fn refuse_cells(arguments: &Arguments) -> Outcome<()> {
+    match ["cell", "resolution"]
+        .into_iter()
+        .find(|name| arguments.given(name).is_some())
+    {
+        Some(name) => {
+            let message = format!(
+                "\"certified\" has no use for `{name}`: its cells are as small as the proof needs them"
+            );
+            Err(arguments.bad(name, message))
+        }
+        None => Ok(()),
+    }
 }
 
 /// The curve on which two fields vanish.
@@ -424,8 +447,13 @@ fn value_of(found: Polygonized) -> Value {
             curves,
             method,
             statistics,
+            certified: found.certified,
         })),
-        Shape::Mesh(mesh) => Value::Mesh(Rc::new(MeshSet::new(mesh, method, Some(statistics)))),
+        Shape::Mesh(mesh) => {
+            let mut set = MeshSet::new(mesh, method, Some(statistics));
+            set.certified = found.certified;
+            Value::Mesh(Rc::new(set))
+        }
     }
 }
 
@@ -489,13 +517,16 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure.help = Some(format!("in R{dimension} there are {names}"));
             failure
         }
-        PolygonizeError::NotForCurves { .. } | PolygonizeError::NotInBricks { .. } => {
-            arguments.bad("method", message)
-        }
+        PolygonizeError::NotForCurves { .. }
+        | PolygonizeError::NotInBricks { .. }
+        | PolygonizeError::NothingToProveWith => arguments.bad("method", message),
         PolygonizeError::TooManyBricks { .. } => {
             let mut failure = arguments.bad("bricks", message);
             failure.help = Some("give bricks more cells along a side".into());
             failure
+        }
+        PolygonizeError::ProvenEmpty { .. } => {
+            failure(Code::NoSurface, message).at(arguments.place("f"), "no zero")
         }
         PolygonizeError::NoCurve => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no curve")

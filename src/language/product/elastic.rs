@@ -35,6 +35,7 @@ impl SolidSet {
         const METHOD: &str = "tetrahedralize";
         self.boundary.get_or_init(|| match self.lattice.dimension {
             2 => Value::Curves(Rc::new(CurveSet {
+                certified: None,
                 curves: self.lattice.curves(),
                 method: METHOD,
                 statistics: Statistics::default(),
@@ -122,6 +123,7 @@ impl FallSet {
                 curves: self.fall.curves(frame),
                 method: "drop",
                 statistics: Statistics::default(),
+                certified: None,
             })),
             _ => Value::Mesh(Rc::new(MeshSet::new(self.fall.mesh(frame), "drop", None))),
         }

@@ -15,29 +15,8 @@ pub(super) fn balance(
     lattice: &Lattice,
     tree: &mut Tree,
 ) -> Result<(), PolygonizeError> {
-    let largest = tree
-        .boundary
-        .iter()
-        .map(|node| node.size)
-        .max()
-        .unwrap_or(0);
     loop {
-        let known: FxHashSet<(Place, u32)> = tree
-            .boundary
-            .iter()
-            .map(|node| (node.low, node.size))
-            .collect();
-        let mut divided: Vec<(Place, u32)> = tree
-            .boundary
-            .par_chunks(CHUNK)
-            .flat_map_iter(|leaves| {
-                leaves
-                    .iter()
-                    .flat_map(|leaf| too_large(leaf, lattice, &known, largest))
-            })
-            .collect();
-        divided.par_sort_unstable();
-        divided.dedup();
+        let divided = oversized(lattice, &tree.boundary);
         if divided.is_empty() {
             return Ok(());
         }
@@ -50,6 +29,22 @@ pub(super) fn balance(
         tree.add(job, lattice, &children, 0)?;
         check_cells(tree.boundary.len() as f64, job.options)?;
     }
+}
+
+/// The leaves that are larger than a neighbour by more than a level, by place and size, ascending.
+pub(in crate::polygonize) fn oversized(lattice: &Lattice, leaves: &[Node]) -> Vec<(Place, u32)> {
+    let largest = leaves.iter().map(|leaf| leaf.size).max().unwrap_or(0);
+    let known: FxHashSet<(Place, u32)> = leaves.iter().map(|leaf| (leaf.low, leaf.size)).collect();
+    let mut found: Vec<(Place, u32)> = leaves
+        .par_chunks(CHUNK)
+        .flat_map_iter(|leaves| {
+            let around = |leaf| too_large(leaf, lattice, &known, largest);
+            leaves.iter().flat_map(around)
+        })
+        .collect();
+    found.par_sort_unstable();
+    found.dedup();
+    found
 }
 
 /// The leaves around one that are larger by more than a level.

@@ -15,8 +15,8 @@ use super::super::simplices::{Lattice, Place};
 use super::{CHUNK, Node};
 
 /// What the division of all leaves depends on.
-pub(super) struct Decomposition<'a> {
-    pub(super) lattice: &'a Lattice,
+pub(in crate::polygonize) struct Decomposition<'a> {
+    pub(in crate::polygonize) lattice: &'a Lattice,
     /// The numbers of the corners of all parts of what was divided.
     corners: FxHashSet<u64>,
 }
@@ -44,7 +44,7 @@ impl Square {
 
 impl<'a> Decomposition<'a> {
     /// For these leaves.
-    pub(super) fn new(lattice: &'a Lattice, leaves: &[Node]) -> Self {
+    pub(in crate::polygonize) fn new(lattice: &'a Lattice, leaves: &[Node]) -> Self {
         let mut divided: FxHashSet<(Place, u32)> = FxHashSet::default();
         let mut corners: FxHashSet<u64> = FxHashSet::default();
         for leaf in leaves {
@@ -62,7 +62,7 @@ impl<'a> Decomposition<'a> {
     }
 
     /// The numbers of all points that the tetrahedra have, ascending.
-    pub(super) fn points(&self, leaves: &[Node]) -> Vec<u64> {
+    pub(in crate::polygonize) fn points(&self, leaves: &[Node]) -> Vec<u64> {
         let of_chunk = |leaves: &[Node]| {
             let mut points = Vec::new();
             for leaf in leaves {
@@ -81,7 +81,11 @@ impl<'a> Decomposition<'a> {
     }
 
     /// Calls `visit` with the corners of every tetrahedron of a leaf, all of positive orientation.
-    pub(super) fn for_each_tetrahedron(&self, leaf: &Node, mut visit: impl FnMut([Place; 4])) {
+    pub(in crate::polygonize) fn for_each_tetrahedron(
+        &self,
+        leaf: &Node,
+        mut visit: impl FnMut([Place; 4]),
+    ) {
         let center = leaf.at([1; 3]);
         let mut squares = Vec::with_capacity(12);
         for axis in 0..3 {
@@ -109,13 +113,37 @@ impl<'a> Decomposition<'a> {
             }
             let ring = [[0, 0], [2, 0], [2, 2], [0, 2]].map(|halves| square.at(halves));
             edges.extend((0..4).map(|step| (ring[step], ring[(step + 1) % 4], square.size)));
-            while let Some((from, to, length)) = edges.pop() {
-                let between = [0, 1, 2].map(|axis| from[axis].midpoint(to[axis]));
-                if self.is_corner(between, length) {
-                    edges.extend([(from, between, length / 2), (between, to, length / 2)]);
-                } else {
-                    visit([center, middle, from, to]);
-                }
+            self.divide_edges(&mut edges, |[from, to]| visit([center, middle, from, to]));
+        }
+    }
+
+    /// The same in the plane, for leaves that are the squares in the lattice's lowest layer: calls
+    /// `visit` with the corners of every triangle, counter-clockwise.
+    pub(in crate::polygonize) fn for_each_triangle(
+        &self,
+        leaf: &Node,
+        mut visit: impl FnMut([Place; 3]),
+    ) {
+        let center = leaf.at([1, 1, 0]);
+        let ring = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]].map(|halves| leaf.at(halves));
+        let mut edges = Vec::with_capacity(8);
+        edges.extend((0..4).map(|step| (ring[step], ring[(step + 1) % 4], leaf.size)));
+        self.divide_edges(&mut edges, |[from, to]| visit([center, from, to]));
+    }
+
+    /// Empties a list of edges with their lengths: calls `visit` with the ends of all smallest edges
+    /// that they are made of.
+    fn divide_edges(
+        &self,
+        edges: &mut Vec<(Place, Place, u32)>,
+        mut visit: impl FnMut([Place; 2]),
+    ) {
+        while let Some((from, to, length)) = edges.pop() {
+            let between = [0, 1, 2].map(|axis| from[axis].midpoint(to[axis]));
+            if self.is_corner(between, length) {
+                edges.extend([(from, between, length / 2), (between, to, length / 2)]);
+            } else {
+                visit([from, to]);
             }
         }
     }

@@ -4,7 +4,9 @@
 use crate::diagnostic::{Code, Diagnostic};
 use crate::language::builtin::Arguments;
 use crate::language::session::Session;
-use crate::polygonize::{self, Method, Polygonized, Roots, Shape, Undecided};
+use crate::polygonize::{
+    self, Cause, Certified, Doubt, Method, Polygonized, Roots, Shape, Undecided,
+};
 
 /// Warns of what was made by a call.
 fn warn(session: &mut Session, arguments: &Arguments, code: Code, message: String, help: &str) {
@@ -194,4 +196,58 @@ pub(super) fn warn_about_roots(session: &mut Session, arguments: &Arguments, roo
         .label(arguments.span, "found here")
         .help("a field that changes its sign at each root, with a slope, leaves no doubt");
     session.host.warn(warning);
+}
+
+/// Names the places in which the topology is not proven, by their causes.
+pub(super) fn warn_about_proof(
+    session: &mut Session,
+    arguments: &Arguments,
+    (certified, dimension): (&Certified, usize),
+) {
+    if certified.proven {
+        return;
+    }
+    let mut causes: Vec<Cause> = Vec::new();
+    for doubt in &certified.doubts {
+        if !causes.contains(&doubt.cause) {
+            causes.push(doubt.cause);
+        }
+    }
+    let of_cause = |&cause: &Cause| {
+        let doubts = certified.doubts.iter().filter(|doubt| doubt.cause == cause);
+        let doubts: Vec<&Doubt> = doubts.collect();
+        named_doubts(&doubts, dimension)
+    };
+    let mut named: Vec<String> = causes.iter().map(of_cause).collect();
+    if named.is_empty() {
+        named.push("because the mesh is not whole, which is a mistake of the program".into());
+    }
+    let message = format!("the topology is not proven {}", named.join("; "));
+    let warning = Diagnostic::warning(Code::TopologyNotProven, message)
+        .label(arguments.span, "made here")
+        .help("`doubts` lists the places; a level a little above or below may be proven");
+    session.host.warn(warning);
+}
+
+/// Some of the places that have the same cause.
+fn named_doubts(doubts: &[&Doubt], dimension: usize) -> String {
+    const NAMED: usize = 3;
+    let place = |doubt: &&Doubt| {
+        let coordinates = doubt.place.to_array();
+        let coordinates = coordinates[..dimension]
+            .iter()
+            .map(|own| format!("{own:.6}"));
+        format!("({})", coordinates.collect::<Vec<_>>().join(", "))
+    };
+    let places: Vec<String> = doubts.iter().take(NAMED).map(place).collect();
+    let more = match doubts.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        1 => " and in one more place".to_owned(),
+        count => format!(" and in {count} more places"),
+    };
+    doubts.first().map_or(String::new(), |doubt| {
+        let [value, gradient] = doubt.values;
+        let (places, words) = (places.join(", "), doubt.cause.words());
+        format!("near {places}{more}, because {words} (at the first |F| = {value:.1e} and |F_x| = {gradient:.1e})")
+    })
 }
