@@ -396,7 +396,7 @@ mod tests {
     fn every_format_writes_what_it_holds_and_refuses_the_rest() {
         let folder = tempfile::tempdir().unwrap();
         type Written = fn(&Path) -> Result<u64, FileError>;
-        let values: [(&str, Written); 6] = [
+        let values: [(&str, Written); 7] = [
             ("animations", |path| {
                 write_animation(path, &test_values::animation(), u64::MAX)
             }),

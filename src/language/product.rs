@@ -174,6 +174,9 @@ const MESH: &[Property<MeshSet>] = &[
                 .collect(),
         ))
     }),
+    hidden("adaptation", |set| {
+        report::adaptation(set.statistics.as_ref())
+    }),
     hidden("leaves", |set| leaves(&set.statistics?.leaves)),
     hidden("quality", |set| {
         let quality = ReportSet::of_quality(&set.mesh);
@@ -361,6 +364,9 @@ const CURVES: &[Property<CurveSet>] = &[
     shown("max_residual", |set| number(set.statistics.max_residual)),
     shown("evaluations", |set| {
         number(set.statistics.evaluations as f64)
+    }),
+    hidden("adaptation", |set| {
+        report::adaptation(Some(&set.statistics))
     }),
     hidden("points", |set| {
         let polylines = set.curves.polylines.iter();
