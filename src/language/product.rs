@@ -194,6 +194,9 @@ const MESH: &[Property<MeshSet>] = &[
                 .collect(),
         ))
     }),
+    hidden("adaptation", |set| {
+        report::adaptation(set.statistics.as_ref())
+    }),
     hidden("leaves", |set| leaves(&set.statistics?.leaves)),
     hidden("quality", |set| {
         let quality = ReportSet::of_quality(&set.mesh);
@@ -392,6 +395,9 @@ const CURVES: &[Property<CurveSet>] = &[
     shown("max_residual", |set| number(set.statistics.max_residual)),
     shown("evaluations", |set| {
         number(set.statistics.evaluations as f64)
+    }),
+    hidden("adaptation", |set| {
+        report::adaptation(Some(&set.statistics))
     }),
     hidden("points", |set| {
         let polylines = set.curves.polylines.iter();

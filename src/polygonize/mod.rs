@@ -54,7 +54,7 @@ pub use error::PolygonizeError;
 pub use options::{Ambiguity, Method, Options, Split, default_cell};
 pub use project::{project, values_at};
 pub use roots::{IsolatedRoot, Reason, Roots, Undecided};
-pub use springs::{Conditions, Subordination};
+pub use springs::{Conditions, Polygons, Subordination};
 pub use statistics::{Leaves, Statistics};
 
 /// A level set as polygons.

@@ -173,6 +173,10 @@ pub(super) fn make(
             let measured = report(&mut workspace, set, field, &options);
             Some(measured.map_err(|errors| workspace.fail(&errors))?)
         }
+        (Value::Curves(_), Further::Report) => {
+            let own = (CURVES, product::summary(&value));
+            Some(std::iter::once(own).chain(adaptation(&value)).collect())
+        }
         _ => None,
     };
     if common.json {
@@ -187,7 +191,7 @@ pub(super) fn make(
             let rows = rows
                 .iter()
                 .map(|(name, value)| (String::from(*name), json_of(value)));
-            if *title == MESH {
+            if [MESH, CURVES].contains(title) {
                 for (name, value) in rows {
                     // What is already there keeps its form.
                     object.entry(name).or_insert(value);
@@ -217,6 +221,9 @@ pub(super) fn make(
 /// The title of what is known of a mesh alone.
 const MESH: &str = "mesh";
 
+/// The same for curves.
+const CURVES: &str = "curves";
+
 /// A title and named values.
 type Part = (&'static str, Vec<(&'static str, Value)>);
 
@@ -232,11 +239,19 @@ fn report(
     let session = &mut workspace.session;
     let quality = session.call("quality", vec![mesh.clone()], &[])?;
     let deviation = session.call("deviation", vec![mesh, Value::Field(field)], iso)?;
-    Ok(vec![
+    let parts = vec![
         (MESH, product::details(set)),
         ("quality", product::summary(&quality)),
         ("deviation", product::summary(&deviation)),
-    ])
+    ];
+    let of_springs = adaptation(&Value::Mesh(Rc::clone(set)));
+    Ok(parts.into_iter().chain(of_springs).collect())
+}
+
+/// What springs tell, if they made it.
+fn adaptation(value: &Value) -> Option<Part> {
+    const NAME: &str = "adaptation";
+    Some((NAME, product::summary(&product::property(value, NAME)?)))
 }
 
 /// Refuses, before the work, a file that cannot hold what comes of it or cannot be written, and

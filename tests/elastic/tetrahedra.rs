@@ -92,7 +92,8 @@ fn worst(lattice: &Lattice) -> (f64, f64, f64) {
 #[test]
 fn smooth_solids_have_their_volumes_and_even_simplices() {
     let ring = Bounds::from_sides(&[(-1.57, 1.57), (-1.57, 1.57), (-0.57, 0.57)]).unwrap();
-    let cases: [(&str, Box<dyn Field>, Bounds, f64, i64); 3] = [
+    type Case = (&'static str, Box<dyn Field>, Bounds, f64, i64);
+    let cases: [Case; 3] = [
         (
             "ball",
             Box::new(ball(3, 1.0)),

@@ -6,6 +6,7 @@ mod common;
 mod calculus;
 mod contract;
 mod limits;
+mod meshes;
 mod modules;
 mod operators;
 mod settings;

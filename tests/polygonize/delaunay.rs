@@ -90,6 +90,27 @@ fn edges_and_corners_of_a_cube_are_kept() {
     assert!((made.shape.area() - 6.0 * 1.4 * 1.4).abs() < 1e-9);
 }
 
+/// Where a gyroid meets a ball there are sharp edges, which floaters mark; both methods see the same solid.
+#[test]
+fn the_gyroid_in_a_ball_has_the_topology_of_dual_contouring() {
+    let formula = "max(sqrt(x^2 + y^2 + z^2) - 1, \
+                   sin(3.5*x)*cos(3.5*y) + sin(3.5*y)*cos(3.5*z) + sin(3.5*z)*cos(3.5*x))";
+    let field = compiled(formula);
+    let made = joined(&field, 1.1, floaters(&field, 1.1, 3000)).unwrap();
+    let topology = assert_closed(formula, &made);
+    let options = Options {
+        cell: 0.04,
+        ..open(cube(3, -1.1, 1.1))
+    };
+    let dual = support::mesh(&field, (Method::Dual, &options), &Silent).unwrap();
+    let expected = dual.shape.topology();
+    assert_eq!((topology.components, topology.genus()), (1, Some(2)));
+    assert_eq!((expected.components, expected.genus()), (1, Some(2)));
+    assert!((made.shape.volume() / dual.shape.volume() - 1.0).abs() < 0.01);
+    assert!((made.shape.area() / dual.shape.area() - 1.0).abs() < 0.01);
+    assert!(quality(&made.shape).hundredth_ratio > 0.4);
+}
+
 /// Points that lie evenly on the unit sphere, in a spiral.
 fn spiral(count: usize) -> Vec<DVec3> {
     let angle = PI * (3.0 - 5.0_f64.sqrt());

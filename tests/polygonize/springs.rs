@@ -81,7 +81,12 @@ fn surfaces_have_their_topology_and_good_triangles() {
         let quality = mesh.quality().unwrap();
         assert!(quality.mean_ratio >= 0.85 && quality.hundredth_ratio >= 0.4);
         let subordination = found.statistics.subordination.unwrap();
+        assert!(subordination.at_rest);
         assert!(subordination.energy[1] < subordination.energy[0]);
+        let [plain, adapted] = subordination.polygons;
+        assert_eq!(adapted.quality, Some(quality));
+        assert!(plain.quality.unwrap().mean_ratio < 0.7);
+        assert!(adapted.shortest > 2.0 * plain.shortest);
         assert_eq!(subordination.after.transversal, 1.0);
     }
 }

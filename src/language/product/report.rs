@@ -1,10 +1,13 @@
 //! What `quality` and `deviation` tell of a mesh.
 
+use std::rc::Rc;
+
 use glam::DVec3;
 
 use super::{MeshSet, Property, count, hidden, number, shown};
 use crate::geometry::{Deviation, Mesh, Quality};
 use crate::language::value::Value;
+use crate::polygonize::{Statistics, Subordination};
 
 /// What was measured on a mesh; what was not asked for is absent.
 #[derive(Debug, Default)]
@@ -19,6 +22,8 @@ pub struct ReportSet {
     pub capped: Option<usize>,
     /// What was written brick by brick.
     pub bricks: Option<BrickTotals>,
+    /// How the springs of an adapted triangulation came out.
+    pub adaptation: Option<Subordination>,
 }
 
 /// What bricks amount to.
@@ -78,11 +83,82 @@ fn of_deviation(set: &ReportSet, part: fn(&Deviation) -> f64) -> Option<Value> {
     number(part(set.deviation.as_ref()?))
 }
 
+fn of_springs(set: &ReportSet, part: fn(&Subordination) -> f64) -> Option<Value> {
+    number(part(set.adaptation.as_ref()?))
+}
+
+fn of_triangles(set: &ReportSet, which: usize, part: fn(&Quality) -> f64) -> Option<Value> {
+    number(part(
+        set.adaptation.as_ref()?.polygons[which].quality.as_ref()?,
+    ))
+}
+
+/// What springs tell of a mesh or of curves.
+pub(super) fn adaptation(statistics: Option<&Statistics>) -> Option<Value> {
+    Some(Value::Report(Rc::new(ReportSet {
+        adaptation: Some(statistics?.subordination?),
+        ..ReportSet::default()
+    })))
+}
+
 fn of_bricks(set: &ReportSet, part: fn(&BrickTotals) -> f64) -> Option<Value> {
     number(part(set.bricks.as_ref()?))
 }
 
 pub(super) const REPORT: &[Property<ReportSet>] = &[
+    shown("simplices", |set| of_springs(set, |s| s.simplices as f64)),
+    shown("steps", |set| of_springs(set, |s| s.steps as f64)),
+    shown("at_rest", |set| {
+        Some(Value::Bool(set.adaptation.as_ref()?.at_rest))
+    }),
+    shown("energy_before", |set| of_springs(set, |s| s.energy[0])),
+    shown("energy_after", |set| of_springs(set, |s| s.energy[1])),
+    shown("transversal_before", |set| {
+        of_springs(set, |s| s.before.transversal)
+    }),
+    shown("transversal_after", |set| {
+        of_springs(set, |s| s.after.transversal)
+    }),
+    shown("regular_before", |set| {
+        of_springs(set, |s| s.before.regular)
+    }),
+    shown("regular_after", |set| of_springs(set, |s| s.after.regular)),
+    shown("parallel_before", |set| {
+        of_springs(set, |s| s.before.parallel)
+    }),
+    shown("parallel_after", |set| {
+        of_springs(set, |s| s.after.parallel)
+    }),
+    shown("simplex_ratio_before", |set| {
+        of_springs(set, |s| s.before.mean_ratio)
+    }),
+    shown("simplex_ratio_after", |set| {
+        of_springs(set, |s| s.after.mean_ratio)
+    }),
+    shown("triangle_ratio_before", |set| {
+        of_triangles(set, 0, |q| q.mean_ratio)
+    }),
+    shown("triangle_ratio_after", |set| {
+        of_triangles(set, 1, |q| q.mean_ratio)
+    }),
+    shown("hundredth_ratio_before", |set| {
+        of_triangles(set, 0, |q| q.hundredth_ratio)
+    }),
+    shown("hundredth_ratio_after", |set| {
+        of_triangles(set, 1, |q| q.hundredth_ratio)
+    }),
+    shown("smallest_angle_before", |set| {
+        of_triangles(set, 0, |q| q.smallest_angle)
+    }),
+    shown("smallest_angle_after", |set| {
+        of_triangles(set, 1, |q| q.smallest_angle)
+    }),
+    shown("side_ratio_before", |set| {
+        of_springs(set, |s| s.polygons[0].shortest / s.polygons[0].longest)
+    }),
+    shown("side_ratio_after", |set| {
+        of_springs(set, |s| s.polygons[1].shortest / s.polygons[1].longest)
+    }),
     shown("files", |set| of_bricks(set, |b| b.files as f64)),
     shown("bricks", |set| of_bricks(set, |b| b.bricks as f64)),
     shown("vertices", |set| of_bricks(set, |b| b.vertices as f64)),

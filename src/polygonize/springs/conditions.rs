@@ -3,10 +3,10 @@
 
 use glam::DVec3;
 
-use super::super::Job;
+use super::super::{Job, Shape};
 use super::complex::{Complex, PAIRS};
 use super::motion::{EPSILON, distances};
-use crate::geometry::radius_ratio;
+use crate::geometry::{Quality, radius_ratio};
 
 /// Nodes nearer to the level set, relative to ε, are not transversal to it.
 const TRANSVERSAL: f64 = 0.1;
@@ -29,6 +29,56 @@ pub struct Conditions {
     /// (3) The level set is nearer than ε to the barycentre, and its tangent there makes an angle
     /// with one of the faces of codimension 1 whose sine is at most 0.35.
     pub parallel: f64,
+    /// The mean radius ratio of these simplices.
+    pub mean_ratio: f64,
+    /// The least.
+    pub worst_ratio: f64,
+}
+
+/// The polygons of a triangulation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Polygons {
+    /// The shape of the triangles; none in R2, where the polygons are segments.
+    pub quality: Option<Quality>,
+    /// The shortest of their sides.
+    pub shortest: f64,
+    /// The longest.
+    pub longest: f64,
+}
+
+impl Polygons {
+    /// Of a mesh or of curves.
+    pub(super) fn of(shape: &Shape) -> Self {
+        let quality = match shape {
+            Shape::Mesh(mesh) => mesh.quality(),
+            _ => None,
+        };
+        if let Some(quality) = quality {
+            return Polygons {
+                shortest: quality.shortest_edge,
+                longest: quality.longest_edge,
+                quality: Some(quality),
+            };
+        }
+        let Shape::Curves(curves) = shape else {
+            return Polygons::default();
+        };
+        let lengths = curves.polylines.iter().flat_map(|polyline| {
+            let points = &polyline.points;
+            let end = points.last().filter(|_| polyline.closed);
+            let ends = end.map(|end| end.distance(points[0]));
+            let pairs = points.windows(2).map(|pair| pair[0].distance(pair[1]));
+            pairs.chain(ends)
+        });
+        let (shortest, longest) = lengths.fold((f64::INFINITY, 0.0), |(least, most), length| {
+            (f64::min(least, length), f64::max(most, length))
+        });
+        Polygons {
+            quality: None,
+            shortest: shortest.min(longest),
+            longest,
+        }
+    }
 }
 
 /// How an adapted triangulation came out.
@@ -38,8 +88,7 @@ pub struct Subordination {
     pub simplices: usize,
     /// Explicit Euler steps.
     pub steps: usize,
-    /// Whether equilibrium was reached: no node would move farther than a thousandth of a cell in the
-    /// next step.
+    /// Whether equilibrium was reached: the energy decreases no more.
     pub at_rest: bool,
     /// The energy of springs and forces along the gradient, before and after, with springs of
     /// stiffness 1.
@@ -48,6 +97,8 @@ pub struct Subordination {
     pub before: Conditions,
     /// The conditions in the adapted one.
     pub after: Conditions,
+    /// The polygons in the Freudenthal triangulation and those that are given.
+    pub polygons: [Polygons; 2],
 }
 
 /// Measures the conditions.
@@ -72,11 +123,15 @@ pub(super) fn measure(job: &Job, complex: &Complex) -> Conditions {
         .collect();
     let centres = distances(job, &centres);
     let mut sums = [0usize; 3];
+    let (mut sum_of_ratios, mut worst_ratio) = (0.0, f64::INFINITY);
     for (simplex, &(distance, normal)) in complex.simplices.iter().zip(&centres) {
         let corners = &simplex[..complex.corners()];
         let far = |&node: &u32| nodes[node as usize].0.abs() >= TRANSVERSAL * epsilon;
         sums[0] += usize::from(corners.iter().all(far));
-        sums[1] += usize::from(ratio(complex, simplex) >= REGULAR);
+        let ratio = ratio(complex, simplex);
+        sum_of_ratios += ratio;
+        worst_ratio = f64::min(worst_ratio, ratio);
+        sums[1] += usize::from(ratio >= REGULAR);
         let is_parallel = distance.abs() < epsilon && is_parallel(complex, simplex, normal);
         sums[2] += usize::from(is_parallel);
     }
@@ -85,6 +140,8 @@ pub(super) fn measure(job: &Job, complex: &Complex) -> Conditions {
         transversal,
         regular,
         parallel,
+        mean_ratio: sum_of_ratios / count,
+        worst_ratio,
     }
 }
 

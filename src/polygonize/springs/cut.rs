@@ -16,8 +16,12 @@ const CHUNK: usize = 4096;
 /// How often triangles are made better.
 const ITERATIONS: usize = 8;
 
-/// The polygons.
-pub(super) fn cut(job: &Job, complex: &Complex) -> Result<(Shape, Statistics), PolygonizeError> {
+/// The polygons; with `improve`, triangles are made better afterwards.
+pub(super) fn cut(
+    job: &Job,
+    complex: &Complex,
+    improve: bool,
+) -> Result<(Shape, Statistics), PolygonizeError> {
     let (vertices, segments) = crossed(job, complex);
     let solved: Vec<(Vec<Root>, usize)> = segments
         .par_chunks(CHUNK)
@@ -61,7 +65,7 @@ pub(super) fn cut(job: &Job, complex: &Complex) -> Result<(Shape, Statistics), P
     };
     mesh.collapse_degenerate_edges();
     // Where there are jumps, vertices have no surface to move along.
-    if statistics.poor_roots == 0 {
+    if improve && statistics.poor_roots == 0 {
         mesh = better(job, complex, mesh, &mut statistics)?;
     }
     Ok((Shape::Mesh(mesh), statistics))

@@ -19,7 +19,7 @@ mod motion;
 use self::complex::Complex;
 use super::{Found, Job, PolygonizeError, Statistics};
 
-pub use conditions::{Conditions, Subordination};
+pub use conditions::{Conditions, Polygons, Subordination};
 
 /// The most simplices: their nodes and springs have numbers.
 const LIMIT: usize = 1 << 27;
@@ -28,7 +28,9 @@ const LIMIT: usize = 1 << 27;
 pub(super) fn adapt(job: &Job) -> Result<Found, PolygonizeError> {
     let (mut complex, seen, statistics) = Complex::new(job)?;
     let before = conditions::measure(job, &complex);
+    let (plain, plainly) = cut::cut(job, &complex, false)?;
     let motion = motion::relax(job, &mut complex)?;
+    let (shape, found) = cut::cut(job, &complex, true)?;
     let subordination = Subordination {
         simplices: complex.simplices.len(),
         steps: motion.steps,
@@ -36,11 +38,11 @@ pub(super) fn adapt(job: &Job) -> Result<Found, PolygonizeError> {
         energy: motion.energy,
         before,
         after: conditions::measure(job, &complex),
+        polygons: [Polygons::of(&plain), Polygons::of(&shape)],
     };
-    let (shape, found) = cut::cut(job, &complex)?;
     let evaluations = motion.evaluations + 2 * complex.simplices.len();
     let mut statistics = statistics.and(Statistics {
-        evaluations,
+        evaluations: found.evaluations + plainly.evaluations + evaluations,
         ..found
     });
     statistics.subordination = Some(subordination);

@@ -1,9 +1,11 @@
 //! The springs' motion to equilibrium (section 5 of the paper).
 //!
-//! The nodes move in a viscous medium: c x' = f, integrated by explicit Euler steps. With a spring
-//! constant k, s springs at a node and a constant K for the force along the gradient, the row sums of
-//! the stiffness matrix are at most 2 s k + K (Gershgorin). The viscosity of a node is that bound
-//! and the step is 1, half of what is stable, whatever the stiffness is.
+//! The nodes have masses and move in a viscous medium: m x'' + c x' = f, integrated by explicit Euler
+//! steps. With a spring constant k, s springs at a node and a constant K for the force along the
+//! gradient, the row sums of the stiffness matrix are at most 2 s k + K (Gershgorin). Scaled by that
+//! bound, the step is stable whatever the stiffness is; of its velocity a node keeps nine tenths
+//! in a step, so that slow motions along the surface take a tenth of the steps that they would without
+//! masses. When the energy grows all nodes are stopped.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -18,14 +20,19 @@ pub(super) const EPSILON: f64 = 0.35;
 /// The constant of the force along the gradient relative to that of the springs.
 const PULL: f64 = 8.0;
 
+/// What is left of the velocity after a step.
+const KEPT: f64 = 0.9;
+
 /// The farthest that a node moves in a step, relative to the side of a cell.
 const REACH: f64 = 0.1;
 
-/// Equilibrium: no node would move farther in a step, relative to the side of a cell.
+/// Equilibrium: the lowest energy of so many steps is below that of all before by no more than this
+/// part of it. Nodes may go on along the surface, where the energy is nearly the same.
+const WINDOW: usize = 10;
 const REST: f64 = 1e-3;
 
-/// The most steps.
-const STEPS: usize = 400;
+/// The most steps, in R2 and in R3. In R2 they cost little, and evenness has to travel around the curve.
+const STEPS: [usize; 2] = [3000, 600];
 
 /// No simplex becomes smaller than this part of what it was, nor one that is smaller still smaller.
 const LEAST: f64 = 0.05;
@@ -67,33 +74,38 @@ pub(super) fn distances(job: &Job, points: &[DVec3]) -> Vec<(f64, DVec3)> {
 /// No node crosses the level and no simplex turns over: nodes whose step would do that stay, and try
 /// half of the step next.
 pub(super) fn relax(job: &Job, complex: &mut Complex) -> Result<Motion, PolygonizeError> {
-    let spacing = complex.spacing;
     let least = complex.simplices.iter();
     let least: Vec<f64> = least
         .map(|simplex| LEAST * complex.measure(simplex, &complex.nodes))
         .collect();
     let mut at = distances(job, &complex.nodes);
     let mut eager = vec![1.0; complex.nodes.len()];
+    let mut velocities = vec![DVec3::ZERO; complex.nodes.len()];
     let mut motion = Motion {
         evaluations: at.len(),
         ..Motion::default()
     };
     motion.energy[0] = energy(complex, &at);
-    for step in 0..STEPS {
+    let mut energies = vec![motion.energy[0]];
+    let most = STEPS[usize::from(complex.dimension == 3)];
+    for step in 0..most {
         if job.monitor.cancelled() {
             return Err(PolygonizeError::Cancelled);
         }
-        job.monitor.progress("springs", step as f64 / STEPS as f64);
-        let steps: Vec<DVec3> = (0..complex.nodes.len())
-            .into_par_iter()
-            .map(|node| euler_step(complex, node, at[node]))
-            .collect();
-        let farthest = steps.iter().map(|step| step.length()).fold(0.0, f64::max);
-        if farthest <= REST * spacing {
+        job.monitor.progress("springs", step as f64 / most as f64);
+        let reach = REACH * complex.spacing;
+        velocities
+            .par_iter_mut()
+            .enumerate()
+            .for_each(|(node, velocity)| {
+                let faster = KEPT * *velocity + euler_step(complex, node, at[node]);
+                *velocity = faster.clamp_length_max(reach);
+            });
+        if is_at_rest(&energies) {
             motion.at_rest = true;
             break;
         }
-        let tried = complex.nodes.iter().zip(&steps).zip(&eager);
+        let tried = complex.nodes.iter().zip(&velocities).zip(&eager);
         let mut tried: Vec<DVec3> = tried
             .map(|((&node, &step), &part)| node + part * step)
             .collect();
@@ -109,6 +121,7 @@ pub(super) fn relax(job: &Job, complex: &mut Complex) -> Result<Motion, Polygoni
         for (node, &stays) in stays.iter().enumerate() {
             if stays {
                 there[node] = at[node];
+                velocities[node] = DVec3::ZERO;
             }
             let part: &mut f64 = &mut eager[node];
             *part = if stays {
@@ -120,9 +133,28 @@ pub(super) fn relax(job: &Job, complex: &mut Complex) -> Result<Motion, Polygoni
         }
         complex.nodes = tried;
         at = there;
+        let now = energy(complex, &at);
+        if energies.last().is_some_and(|&before| now > before) {
+            velocities.fill(DVec3::ZERO);
+        }
+        energies.push(now);
     }
     motion.energy[1] = energy(complex, &at);
     Ok(motion)
+}
+
+/// Whether the energy decreases no more, given those after each step.
+fn is_at_rest(energies: &[f64]) -> bool {
+    let Some(split) = energies
+        .len()
+        .checked_sub(WINDOW)
+        .filter(|&split| split > 0)
+    else {
+        return false;
+    };
+    let lowest = |part: &[f64]| part.iter().copied().fold(f64::INFINITY, f64::min);
+    let (before, after) = energies.split_at(split);
+    lowest(after) >= (1.0 - REST) * lowest(before)
 }
 
 /// Puts nodes that stay back to where they are, together with the nodes of simplices that would
@@ -170,7 +202,7 @@ fn stretch(complex: &Complex, node: usize, distance: f64) -> f64 {
     (side - distance).clamp(-complex.spacing, complex.spacing)
 }
 
-/// The explicit Euler step of a node, with bounded length.
+/// The explicit Euler step of a node that is at rest.
 fn euler_step(complex: &Complex, node: usize, (distance, normal): (f64, DVec3)) -> DVec3 {
     let here = complex.nodes[node];
     // "The diameter of the ε-neighborhood".
@@ -189,8 +221,7 @@ fn euler_step(complex: &Complex, node: usize, (distance, normal): (f64, DVec3)) 
     if distance.is_finite() {
         force += pull * stretch(complex, node, distance) * normal;
     }
-    let step = complex.freedom[node] * force / (2.0 * count + pull);
-    step.clamp_length_max(REACH * complex.spacing)
+    complex.freedom[node] * force / (2.0 * count + pull)
 }
 
 /// The energy of the springs and of the forces along the gradient, with k = 1.
