@@ -168,6 +168,11 @@ impl<'a> Bricks<'a> {
         let points = (0..3).map(points).product();
         let capped = brick.ghosts > 0 && brick.goes_on.as_flattened().contains(&false);
         match colour {
+            // A field that is undefined in all of the brick is that at its corner.
+            Colour::Exterior if field.value(corner(false)).is_nan() => Some(Seen {
+                nan: points,
+                ..Seen::default()
+            }),
             Colour::Exterior => Some(Seen {
                 outside: points,
                 ..Seen::default()
@@ -196,6 +201,7 @@ impl<'a> Bricks<'a> {
         if let Some(seen) = self.proven(&grid) {
             self.seen = self.seen.and(seen);
             self.statistics.cells += grid.cells();
+            self.statistics.nan_points += seen.nan;
             return Ok(None);
         }
         let part = Part {
