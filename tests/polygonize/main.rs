@@ -1,6 +1,7 @@
 //! Polygonizers: level sets with known topology, measures and roots.
 
 mod bracketing;
+mod certified;
 mod compiled;
 mod continuation;
 mod cubes;

@@ -477,7 +477,7 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
         PolygonizeError::NotForCurves { .. } | PolygonizeError::NothingToProveWith => {
             arguments.bad("method", message)
         }
-        PolygonizeError::ProvenEmpty { .. } => {
+        PolygonizeError::ProvenEmpty { .. } | PolygonizeError::MaybeEmpty { .. } => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no zero")
         }
         PolygonizeError::NoCurve => {
