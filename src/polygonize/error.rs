@@ -4,7 +4,7 @@ use glam::DVec3;
 use thiserror::Error;
 
 use super::grid::Seen;
-use super::{Method, Options};
+use super::{Cause, Method, Options};
 use crate::geometry::Bounds;
 use crate::sample::SampleError;
 
@@ -129,6 +129,16 @@ pub enum PolygonizeError {
     ProvenEmpty {
         /// The level.
         iso: f64,
+    },
+    /// Nothing changes its sign, but there may be zeros where nothing is proven.
+    #[error("no change of sign of F − {iso} is in the box, but zeros without one may be: nothing is proven near {place}, because {}", cause.words())]
+    MaybeEmpty {
+        /// The level.
+        iso: f64,
+        /// Where the most of what is not proven is.
+        place: DVec3,
+        /// Why.
+        cause: Cause,
     },
     /// The field gives no enclosures.
     #[error("nothing can be proven of a field that is not compiled")]

@@ -156,8 +156,8 @@ pub fn polygonize(
         Shape::Roots(roots) => roots.undecided.iter().any(|part| !part.reason.is_break()),
         _ => false,
     };
-    if statistics.good_roots == 0 && statistics.proven && method == Method::Certified {
-        return Err(PolygonizeError::ProvenEmpty { iso: options.iso });
+    if let (Some(proof), 0) = (&proof, statistics.good_roots) {
+        return Err(proof.emptiness(options.iso));
     }
     if statistics.good_roots == 0 && !may_have_more {
         return Err(no_surface(options, seen));

@@ -2,6 +2,7 @@
 
 mod bracketing;
 mod bricks;
+mod certified;
 mod compiled;
 mod continuation;
 mod cubes;

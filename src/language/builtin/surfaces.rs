@@ -525,7 +525,7 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             failure.help = Some("give bricks more cells along a side".into());
             failure
         }
-        PolygonizeError::ProvenEmpty { .. } => {
+        PolygonizeError::ProvenEmpty { .. } | PolygonizeError::MaybeEmpty { .. } => {
             failure(Code::NoSurface, message).at(arguments.place("f"), "no zero")
         }
         PolygonizeError::NoCurve => {

@@ -21,7 +21,7 @@ pub enum Cause {
     Jump,
     /// The gradient is not bounded.
     Steep,
-    /// The level set may touch the box without crossing it.
+    /// The level set may touch the box without crossing it, or meet one of its edges or corners.
     Border,
     /// The cells are used up.
     Budget,
@@ -38,7 +38,9 @@ impl Cause {
             Cause::Undefined => "F may be undefined there",
             Cause::Jump => "F may jump there",
             Cause::Steep => "the gradient of F is not bounded there",
-            Cause::Border => "the level set may touch a side of the box there without crossing it",
+            Cause::Border => {
+                "the level set may touch a side of the box there, or run through an edge or a corner of it"
+            }
             Cause::Budget => "the limit of cells was reached before anything could be proven there",
         }
     }

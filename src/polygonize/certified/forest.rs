@@ -18,13 +18,20 @@ use crate::graph::Interval;
 /// How many cells make one piece of parallel work: what enclosures cost least for.
 const CHUNK: usize = 64;
 
-/// Cells of one level that cannot be proven, and all cells together, beyond which the proof is given
-/// up: what is singular along curves needs ever more.
-const FRONT: usize = 1 << 17;
+/// Cells that cannot be proven at a time in R2 and in R3, and all cells together, beyond which the
+/// proof is given up: what is singular along curves or surfaces needs ever more.
+const FRONT: [usize; 2] = [1 << 20, 1 << 17];
 const CELLS: usize = 1 << 21;
+
+/// From these levels on cells are given up in which the gradients' enclosure does not shrink: in R2
+/// a kink may be near a curve without touching it, and cells cost less.
+const STUCK: [u32; 2] = [15, 6];
 
 /// From this level on cells that fail are looked at for a reason why they always will.
 const SUSPICIOUS: u32 = 3;
+
+/// From this level on the gradients of a smooth field differ little in a cell.
+const SMOOTH: u32 = 10;
 
 /// How far a cell has come.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +138,8 @@ impl<'a> Forest<'a> {
         let mut front = candidates;
         while !front.is_empty() {
             let limit = CELLS.min(self.job.options.cell_limit);
-            let has_room = front.len() <= FRONT.min(limit.saturating_sub(self.leaves.len()));
+            let most = FRONT[self.frame.dimension - 2];
+            let has_room = front.len() <= most.min(limit.saturating_sub(self.leaves.len()));
             let verdicts = self.judge(&front, has_room)?;
             let mut next = Vec::new();
             for (Candidate { node, .. }, verdict) in front.into_iter().zip(verdicts) {
@@ -225,13 +233,14 @@ impl<'a> Forest<'a> {
         if node.level < SUSPICIOUS {
             return None;
         }
-        if node.level >= 6 && stuck >= 4 {
-            let kink = if cause == Cause::Budget {
-                Cause::Kink
-            } else {
-                cause
-            };
-            return Some(kink);
+        let is_smooth = cause == Cause::Budget;
+        let patience = if is_smooth {
+            STUCK[self.frame.dimension - 2]
+        } else {
+            STUCK[1]
+        };
+        if node.level >= patience && stuck >= 4 {
+            return Some(if is_smooth { Cause::Kink } else { cause });
         }
         doubts::is_singular(self.analysed.field, self.frame, self.job.accuracy.iso, node)
             .then_some(Cause::Singular)
@@ -309,7 +318,7 @@ impl<'a> Forest<'a> {
                 State::Open(slopes) if passed => Some(State::Proven(slopes)),
                 state if passed => Some(state),
                 _ => {
-                    let cause = shared.failure(&leaf.node, &causes, has_room)?;
+                    let cause = shared.failure(leaf, &causes, has_room)?;
                     Some(State::Doubtful(cause))
                 }
             })
@@ -329,19 +338,27 @@ impl<'a> Forest<'a> {
     /// up that would go on for ever.
     fn failure(
         &self,
-        node: &Node,
+        leaf: &Leaf,
         causes: &FxHashMap<Key, Cause>,
         has_room: bool,
     ) -> Option<Cause> {
-        let own = self.resignation(node, (Cause::Budget, 0), has_room);
+        let node = &leaf.node;
         let beside = || {
             let mut neighbours = self.frame.neighbours(node).into_iter();
             neighbours.find_map(|neighbour| causes.get(&neighbour).copied())
         };
-        let is_fine = node.level > SUSPICIOUS && !causes.is_empty();
-        match own {
-            Some(Cause::Budget) if self.frame.touches_side(node) => Some(Cause::Border),
-            None if is_fine => beside(),
+        let is_kinked = |slopes: &[Interval; 3]| {
+            let largest = |slope: &Interval| slope.low.abs().max(slope.high.abs());
+            let size = slopes.iter().map(largest).fold(0.0, f64::max);
+            node.level >= SMOOTH && enclosing::width(slopes) > 0.1 * size
+        };
+        match self.resignation(node, (Cause::Budget, 0), has_room) {
+            Some(Cause::Budget) => Some(match leaf.state {
+                State::Open(slopes) if is_kinked(&slopes) => Cause::Kink,
+                _ if self.frame.touches_side(node) => Cause::Border,
+                _ => Cause::Budget,
+            }),
+            None if node.level > SUSPICIOUS && !causes.is_empty() => beside(),
             own => own,
         }
     }

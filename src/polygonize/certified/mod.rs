@@ -72,6 +72,16 @@ pub struct Certified {
     pub certificate: Certificate,
 }
 
+impl Certified {
+    /// Why there is nothing at this level.
+    pub(super) fn emptiness(&self, iso: f64) -> PolygonizeError {
+        match self.doubts.first() {
+            Some(&Doubt { place, cause, .. }) => PolygonizeError::MaybeEmpty { iso, place, cause },
+            None => PolygonizeError::ProvenEmpty { iso },
+        }
+    }
+}
+
 /// A place where nothing is proven.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubt {
