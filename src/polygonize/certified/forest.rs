@@ -27,6 +27,9 @@ const CELLS: usize = 1 << 21;
 /// a kink may be near a curve without touching it, and cells cost less.
 const STUCK: [u32; 2] = [15, 6];
 
+/// The same where F may jump, is undefined or has no bounded gradient.
+const ROUGH: [u32; 2] = [6, 4];
+
 /// From this level on cells that fail are looked at for a reason why they always will.
 const SUSPICIOUS: u32 = 3;
 
@@ -234,12 +237,8 @@ impl<'a> Forest<'a> {
             return None;
         }
         let is_smooth = cause == Cause::Budget;
-        let patience = if is_smooth {
-            STUCK[self.frame.dimension - 2]
-        } else {
-            STUCK[1]
-        };
-        if node.level >= patience && stuck >= 4 {
+        let patience = if is_smooth { STUCK } else { ROUGH };
+        if node.level >= patience[self.frame.dimension - 2] && stuck >= 4 {
             return Some(if is_smooth { Cause::Kink } else { cause });
         }
         doubts::is_singular(self.analysed.field, self.frame, self.job.accuracy.iso, node)
@@ -250,7 +249,13 @@ impl<'a> Forest<'a> {
     fn balance(&mut self) -> Result<(), PolygonizeError> {
         loop {
             let nodes: Vec<Node> = self.leaves.iter().map(|leaf| leaf.node).collect();
-            let large = oversized(&self.frame.lattice, &nodes);
+            let mut large = oversized(&self.frame.lattice, &nodes);
+            // What is given up stays as it is: its simplices fit together however small others are.
+            let given_up: FxHashSet<Key> = (self.leaves.iter())
+                .filter(|leaf| matches!(leaf.state, State::Doubtful(_)))
+                .map(|leaf| key(&leaf.node))
+                .collect();
+            large.retain(|name| !given_up.contains(name));
             if large.is_empty() {
                 return Ok(());
             }
