@@ -4,7 +4,7 @@
 //!
 //! The inside is F < iso; where F is NaN, it counts as outside. Vertices lie at roots of F that are
 //! found to a tolerance, not by interpolation: on the edges of cells or, with dual contouring, in
-//! the cells. Except for the roots that enclosures prove, all that is said about the topology holds
+//! the cells. Except for the roots and the topology (`certified`) that enclosures prove, all that is said about the topology holds
 //! up to the cell size: what is thinner than a cell may be missed, and so is a zero without a change
 //! of sign, such as that of (x² + y² − 1)².
 

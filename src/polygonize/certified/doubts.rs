@@ -120,18 +120,13 @@ fn derivatives(field: &CompiledField, dimension: usize, point: DVec3) -> (DVec3,
         &mut first.each_mut().map(|column| &mut column[..])[..dimension],
         &mut second.each_mut().map(|column| &mut column[..])[..dimension * (dimension + 1) / 2],
     );
-    let mut matrix = [[0.0; 3]; 3];
-    let mut entries = second.iter();
-    for row in 0..dimension {
-        for column in row..dimension {
-            let entry = entries.next().map_or(0.0, |entry| entry[0]);
-            (matrix[row][column], matrix[column][row]) = (entry, entry);
-        }
+    let mut matrix = DMat3::ZERO;
+    let pairs = (0..dimension).flat_map(|row| (row..dimension).map(move |column| (row, column)));
+    for ((row, column), entry) in pairs.zip(second) {
+        matrix.col_mut(column)[row] = entry[0];
+        matrix.col_mut(row)[column] = entry[0];
     }
-    (
-        DVec3::from_array(first.map(|column| column[0])),
-        DMat3::from_cols_array_2d(&matrix),
-    )
+    (DVec3::from_array(first.map(|column| column[0])), matrix)
 }
 
 /// The critical point near a place if there is one, else the place; and |F − iso| and |F_x| there.

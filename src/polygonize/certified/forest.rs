@@ -23,9 +23,16 @@ const CHUNK: usize = 64;
 const FRONT: [usize; 2] = [1 << 20, 1 << 17];
 const CELLS: usize = 1 << 21;
 
+/// How many tests of cells there may be, in R2 and in R3: all cells are tested again in each round, and
+/// beside what is singular there are more rounds than elsewhere.
+const TESTS: [usize; 2] = [1 << 26, 1 << 23];
+
 /// From these levels on cells are given up in which the gradients' enclosure does not shrink: in R2
 /// a kink may be near a curve without touching it, and cells cost less.
 const STUCK: [u32; 2] = [15, 6];
+
+/// The same where F may jump, is undefined or has no bounded gradient.
+const ROUGH: [u32; 2] = [6, 4];
 
 /// From this level on cells that fail are looked at for a reason why they always will.
 const SUSPICIOUS: u32 = 3;
@@ -98,6 +105,8 @@ pub(super) struct Forest<'a> {
     pub(super) values: FxHashMap<u64, f64>,
     /// Boxes and points at which something was evaluated.
     pub(super) evaluations: usize,
+    /// Cells that were tested, in all rounds.
+    tests: usize,
 }
 
 impl<'a> Forest<'a> {
@@ -117,6 +126,7 @@ impl<'a> Forest<'a> {
             leaves: Vec::new(),
             values: FxHashMap::default(),
             evaluations: 0,
+            tests: 0,
         };
         forest.settle(roots.into_iter().map(Candidate::new).collect())?;
         let mut rounds = 0;
@@ -234,12 +244,8 @@ impl<'a> Forest<'a> {
             return None;
         }
         let is_smooth = cause == Cause::Budget;
-        let patience = if is_smooth {
-            STUCK[self.frame.dimension - 2]
-        } else {
-            STUCK[1]
-        };
-        if node.level >= patience && stuck >= 4 {
+        let patience = if is_smooth { STUCK } else { ROUGH };
+        if node.level >= patience[self.frame.dimension - 2] && stuck >= 4 {
             return Some(if is_smooth { Cause::Kink } else { cause });
         }
         doubts::is_singular(self.analysed.field, self.frame, self.job.accuracy.iso, node)
@@ -250,7 +256,13 @@ impl<'a> Forest<'a> {
     fn balance(&mut self) -> Result<(), PolygonizeError> {
         loop {
             let nodes: Vec<Node> = self.leaves.iter().map(|leaf| leaf.node).collect();
-            let large = oversized(&self.frame.lattice, &nodes);
+            let mut large = oversized(&self.frame.lattice, &nodes);
+            // What is given up stays as it is: its simplices fit together however small others are.
+            let given_up: FxHashSet<Key> = (self.leaves.iter())
+                .filter(|leaf| matches!(leaf.state, State::Doubtful(_)))
+                .map(|leaf| key(&leaf.node))
+                .collect();
+            large.retain(|name| !given_up.contains(name));
             if large.is_empty() {
                 return Ok(());
             }
@@ -303,7 +315,9 @@ impl<'a> Forest<'a> {
                 leaves.iter().map(tested).collect::<Vec<bool>>()
             })
             .collect();
-        let has_room = self.leaves.len() < CELLS.min(self.job.options.cell_limit);
+        self.tests += self.leaves.len();
+        let has_room = self.leaves.len() < CELLS.min(self.job.options.cell_limit)
+            && self.tests < TESTS[self.frame.dimension - 2];
         let causes: FxHashMap<Key, Cause> = self
             .leaves
             .iter()

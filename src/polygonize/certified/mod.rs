@@ -168,14 +168,8 @@ fn counted(forest: &Forest, decomposition: &Decomposition, nodes: &[Node]) -> Co
 
 /// On which side of the level cells and points were seen to be.
 fn seen(forest: &Forest) -> Seen {
-    let mut seen = Seen {
-        inside: 0,
-        outside: 0,
-        nan: 0,
-    };
-    for value in forest.values.values() {
-        seen = seen.and(Seen::of_values(&[*value]));
-    }
+    let values: Vec<f64> = forest.values.values().copied().collect();
+    let mut seen = Seen::of_values(&values);
     seen.inside += forest
         .decided
         .values()

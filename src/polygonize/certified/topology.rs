@@ -28,6 +28,16 @@ impl Component {
     }
 }
 
+/// A crossed triangle; in R2 it is a simplex.
+struct Triangle {
+    /// The numbers of its corners, ascending.
+    corners: [u64; 3],
+    /// Its crossed edges.
+    crossed: [u32; 2],
+    /// In how many simplices it is.
+    uses: u32,
+}
+
 /// The count in the making.
 #[derive(Default)]
 pub(super) struct Count {
@@ -35,9 +45,9 @@ pub(super) struct Count {
     edges: FxHashMap<[u64; 2], u32>,
     /// Of every crossed simplex one crossed edge of it.
     simplices: Vec<u32>,
-    /// For each crossed triangle two crossed edges of it, and in how many simplices it is. In R2 the
-    /// triangle is a simplex.
-    triangles: FxHashMap<[u64; 3], ([u32; 2], u32)>,
+    /// The crossed triangles, and their numbers.
+    triangles: Vec<Triangle>,
+    numbers: FxHashMap<[u64; 3], u32>,
     joined: Vec<[u32; 2]>,
 }
 
@@ -80,7 +90,16 @@ impl Count {
         });
         let mut name = places.map(|place| corners[place]);
         name.sort_unstable();
-        self.triangles.entry(name).or_insert((numbers, 0)).1 += 1;
+        let next = self.triangles.len() as u32;
+        let number = *self.numbers.entry(name).or_insert(next);
+        if number == next {
+            self.triangles.push(Triangle {
+                corners: name,
+                crossed: numbers,
+                uses: 0,
+            });
+        }
+        self.triangles[number as usize].uses += 1;
         self.joined.push(numbers);
         Some(numbers[0])
     }
@@ -99,22 +118,20 @@ impl Count {
 
     /// Crossed triangles that are in one simplex only, by their corners' numbers, in any order.
     fn open_triangles(&self) -> impl Iterator<Item = &[u64; 3]> {
-        self.triangles
-            .iter()
-            .filter(|(_, (_, uses))| *uses == 1)
-            .map(|(name, _)| name)
+        let open = self.triangles.iter().filter(|own| own.uses == 1);
+        open.map(|own| &own.corners)
     }
 
     /// Whether a crossed triangle is in more than two simplices, which no triangulation has.
     fn is_branched(&self) -> bool {
-        self.triangles.values().any(|(_, uses)| *uses > 2)
+        self.triangles.iter().any(|own| own.uses > 2)
     }
 
     /// Crossed edges, and of how many triangles each is a side.
     fn uses(&self) -> Vec<u32> {
         let mut uses = vec![0; self.edges.len()];
-        for (numbers, _) in self.triangles.values() {
-            numbers.iter().for_each(|&edge| uses[edge as usize] += 1);
+        for Triangle { crossed, .. } in &self.triangles {
+            crossed.iter().for_each(|&edge| uses[edge as usize] += 1);
         }
         uses
     }
@@ -146,8 +163,8 @@ impl Count {
         for edge in 0..count {
             found[sets.find(edge) as usize].euler += 1;
         }
-        for (numbers, _) in self.triangles.values() {
-            found[sets.find(numbers[0]) as usize].euler -= 1;
+        for Triangle { crossed, .. } in &self.triangles {
+            found[sets.find(crossed[0]) as usize].euler -= 1;
         }
         if dimension == 3 {
             for &edge in &self.simplices {
@@ -155,12 +172,12 @@ impl Count {
             }
             let mut loops = DisjointSets::new(count);
             let mut on_boundary = vec![false; count as usize];
-            for ([one, other], uses) in self.triangles.values() {
+            for Triangle { crossed, uses, .. } in &self.triangles {
                 if *uses == 1 {
-                    loops.union(*one, *other);
-                    [one, other]
+                    loops.union(crossed[0], crossed[1]);
+                    crossed
                         .iter()
-                        .for_each(|&&edge| on_boundary[edge as usize] = true);
+                        .for_each(|&edge| on_boundary[edge as usize] = true);
                 }
             }
             for edge in (0..count).filter(|&edge| on_boundary[edge as usize]) {

@@ -86,7 +86,7 @@ pub fn verify(text: &str, monitor: &dyn Monitor) -> Result<Verified, VerifyError
         .filter(|_| matches!(sides.len(), 2 | 3) && certificate.coarse.len() == sides.len())
         .filter(|bounds| bounds.diagonal().is_finite() && certificate.iso.is_finite())
         .ok_or(VerifyError::BadBox)?;
-    if sides.iter().any(|(low, high)| !(low < high)) {
+    if !sides.iter().all(|(low, high)| low < high) {
         return Err(VerifyError::BadBox);
     }
     let (field, nodes) = field(&certificate, bounds.dimension)?;
