@@ -423,16 +423,11 @@ fn method_argument(arguments: &Arguments) -> Outcome<Option<Method>> {
         Some(method) => Ok(Some(method)),
         None => {
             let names = Method::TABLE.iter().map(|(_, name, _)| *name);
-            let mut failure = arguments.bad("method", format!("there is no polygonizer `{name}`"));
-            failure.help = Some(match nearest(&name, names) {
-                Some(near) => format!("did you mean \"{near}\"?"),
-                None => {
-                    let spaces = (1..=3).map(|dimension| {
-                        format!("in R{dimension} {}", Method::names_in(dimension))
-                    });
-                    format!("there are {}", spaces.collect::<Vec<_>>().join("; "))
-                }
-            });
+            let quoted: Vec<String> = names.clone().map(|name| format!("\"{name}\"")).collect();
+            let quoted = quoted.join(", ");
+            let message = format!("there is no polygonizer `{name}`; there are {quoted}");
+            let mut failure = arguments.bad("method", message);
+            failure.help = nearest(&name, names).map(|near| format!("did you mean \"{near}\"?"));
             Err(failure)
         }
     }
