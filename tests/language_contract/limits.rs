@@ -120,7 +120,7 @@ fn every_limit_is_tried_here_and_told_by_the_help() {
 fn endless_work_ends_when_the_time_is_over() {
     for program in [
         "while true { let x = 1 }",
-        "let m = polygonize(f, cell = 0.004)",
+        "let m = polygonize(f, cell = 0.001)",
         "let m = [[i + j for i in range(100)] for j in range(100)]\nvar q = m\nfor i in range(3000) { q = q @ m }",
         "for i in range(1000) { let s = sum(range(1000000) * range(1000000)) }",
         "field h(p in R3) = sum(sin(i*p.x)*p.y for i in range(2000))\nfor i in range(3000) { let g = (h + i).grad()(i, 2, 3) }",

@@ -25,7 +25,7 @@ const CELLS: usize = 1 << 21;
 
 /// How many tests of cells there may be, in R2 and in R3: all cells are tested again in each round, and
 /// beside what is singular there are more rounds than elsewhere.
-const TESTS: [usize; 2] = [1 << 26, 1 << 23];
+const TESTS: [usize; 2] = [1 << 26, 1 << 22];
 
 /// From these levels on cells are given up in which the gradients' enclosure does not shrink: in R2
 /// a kink may be near a curve without touching it, and cells cost less.
