@@ -20,12 +20,12 @@ const CHUNK: usize = 64;
 
 /// Cells that cannot be proven at a time in R2 and in R3, and all cells together, beyond which the
 /// proof is given up: what is singular along curves or surfaces needs ever more.
-const FRONT: [usize; 2] = [1 << 20, 1 << 17];
-const CELLS: usize = 1 << 21;
+const FRONT: [usize; 2] = [1 << 20, 1 << 16];
+const CELLS: [usize; 2] = [1 << 21, 1 << 18];
 
 /// How many tests of cells there may be, in R2 and in R3: all cells are tested again in each round, and
 /// beside what is singular there are more rounds than elsewhere.
-const TESTS: [usize; 2] = [1 << 26, 1 << 22];
+const TESTS: [usize; 2] = [1 << 26, 1 << 21];
 
 /// From these levels on cells are given up in which the gradients' enclosure does not shrink: in R2
 /// a kink may be near a curve without touching it, and cells cost less.
@@ -147,7 +147,7 @@ impl<'a> Forest<'a> {
     fn settle(&mut self, candidates: Vec<Candidate>) -> Result<(), PolygonizeError> {
         let mut front = candidates;
         while !front.is_empty() {
-            let limit = CELLS.min(self.job.options.cell_limit);
+            let limit = CELLS[self.frame.dimension - 2].min(self.job.options.cell_limit);
             let most = FRONT[self.frame.dimension - 2];
             let has_room = front.len() <= most.min(limit.saturating_sub(self.leaves.len()));
             let verdicts = self.judge(&front, has_room)?;
@@ -316,7 +316,8 @@ impl<'a> Forest<'a> {
             })
             .collect();
         self.tests += self.leaves.len();
-        let has_room = self.leaves.len() < CELLS.min(self.job.options.cell_limit)
+        let has_room = self.leaves.len()
+            < CELLS[self.frame.dimension - 2].min(self.job.options.cell_limit)
             && self.tests < TESTS[self.frame.dimension - 2];
         let causes: FxHashMap<Key, Cause> = self
             .leaves
