@@ -6,7 +6,7 @@ use super::Kernels;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tier {
     /// For each batch what is fastest: machine code for few points, blocks for many, and vectors
-    /// where there have been very many.
+    /// where there have been very many and the processor has no AVX-512.
     #[default]
     Automatic,
     /// Machine code made by Cranelift, point after point.

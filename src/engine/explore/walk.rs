@@ -215,8 +215,6 @@ impl<E: Explorer> Walk<'_, E> {
             let scalars = workspace.scalars.len();
             let depth = workspace.path.len();
             let given = self.specialise(workspace, cell, given, place);
-            // Gradients, of fewer points, are left to what surrounds the leaf.
-            workspace.path.truncate(depth);
             let sequence = self.sequence(&workspace.sequences, given);
             let mut field = Specialized {
                 field: self.field,
@@ -233,6 +231,7 @@ impl<E: Explorer> Walk<'_, E> {
                 nest: &mut workspace.nest,
             };
             explorer.leaf(task, cell, &place.enclosure, &mut field);
+            workspace.path.truncate(depth);
             workspace.scalars.truncate(scalars);
         } else if !self.monitor.cancelled() {
             let scalars = workspace.scalars.len();
