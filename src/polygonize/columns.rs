@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
-use crate::engine::{Field, Specialized};
+use crate::engine::{CompiledField, Field, Specialized};
+use crate::graph::Interval;
+use crate::graph::interval::{Enclosure, Regularity};
 
 /// What gives F and F_x at points: a field, or one that was pruned for a cell.
 pub(super) trait Evaluate {
@@ -14,6 +16,21 @@ pub(super) trait Evaluate {
 
     /// F and F_x at every point.
     fn gradients(&mut self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]);
+
+    /// The whole field, if boxes can be enclosed.
+    fn compiled(&self) -> Option<&CompiledField>;
+}
+
+/// Whether F is proven to be continuous in the box between two points.
+pub(super) fn is_continuous(field: &impl Evaluate, one: DVec3, other: DVec3) -> bool {
+    let (low, high) = (one.min(other), one.max(other));
+    let sides = [0, 1, 2].map(|axis| [Interval::new(low[axis], high[axis])]);
+    let sides = sides.each_ref().map(|side| &side[..]);
+    field.compiled().is_some_and(|compiled| {
+        let mut found = [Enclosure::of_number(f64::NAN)];
+        compiled.enclose(&sides[..compiled.dimension()], &mut found);
+        found[0].regularity == Regularity::Continuous
+    })
 }
 
 impl Evaluate for &dyn Field {
@@ -28,6 +45,10 @@ impl Evaluate for &dyn Field {
     fn gradients(&mut self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]) {
         Field::gradients(*self, points, values, gradients);
     }
+
+    fn compiled(&self) -> Option<&CompiledField> {
+        Field::compiled(*self)
+    }
 }
 
 impl Evaluate for Specialized<'_> {
@@ -41,6 +62,10 @@ impl Evaluate for Specialized<'_> {
 
     fn gradients(&mut self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]) {
         Specialized::gradients(self, points, values, gradients);
+    }
+
+    fn compiled(&self) -> Option<&CompiledField> {
+        Some(self.whole())
     }
 }
 

@@ -11,11 +11,13 @@
 //! F also goes from below the level to not below it at a pole, at a jump and at the end of its
 //! domain. A small |F − iso| / |F_x| does not tell a root from these: at the pole of 1/x it
 //! vanishes. A root must therefore be credible as well (see [`Search::is_credible`]); what is not
-//! is searched on until the bracket cannot shrink any more, and then is poor.
+//! is searched on until the bracket cannot shrink any more, and then is poor, unless F is proven to
+//! be continuous between the bracket's ends: then its sign changes at a root, and what keeps F from
+//! being small there is rounding.
 
 use glam::DVec3;
 
-use super::columns::{Columns, Evaluate};
+use super::columns::{Columns, Evaluate, is_continuous};
 use crate::engine::Monitor;
 
 /// How many edges are solved together. The columns of a batch fit the first-level cache.
@@ -163,7 +165,13 @@ pub(super) fn solve<E: Copy + Into<Segment>>(
             let (value, gradient) = columns.result(position);
             position += 1;
             match search.advance(value, gradient, accuracy.distance) {
-                Some(root) => {
+                Some(mut root) => {
+                    if root.kind == Kind::Jump {
+                        let [one, other] = search.bracket();
+                        if is_continuous(field, one, other) {
+                            root.kind = Kind::Good;
+                        }
+                    }
                     roots[search.index] = root;
                     false
                 }
@@ -248,6 +256,11 @@ impl Search {
         let others = (0..3).filter(other);
         let part = |axis: usize| gradient[axis] * self.direction[axis];
         gradient[self.axis] + others.map(part).sum::<f64>()
+    }
+
+    /// The ends of the bracket.
+    fn bracket(&self) -> [DVec3; 2] {
+        [self.inside, self.outside].map(|end| self.point(end))
     }
 
     fn middle(&self) -> f64 {

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::columns::{Columns, Evaluate};
+use super::columns::{Columns, Evaluate, is_continuous};
 use super::edge_roots::{Accuracy, Kind, Root, first_order_distance, unit_or_zero};
 use crate::engine::{Field, Monitor};
 
@@ -143,8 +143,10 @@ fn bisect(
             roots[at] = root(point, value, gradient);
             let good = roots[at].residual <= accuracy.distance;
             if !good {
-                roots[at].kind = Kind::Jump;
                 searches[at][usize::from(value.is_nan() || value >= 0.0)] = point;
+                let [inside, outside] = searches[at];
+                let is_root = last && is_continuous(&field, inside, outside);
+                roots[at].kind = if is_root { Kind::Good } else { Kind::Jump };
             }
             !good
         });

@@ -51,6 +51,11 @@ fn samples_are_joined_with_the_arguments_that_belong_to_it() {
             "samples of a surface",
         ),
         (
+            "method = \"springs\", cap = true",
+            "E0309",
+            "leaves a surface open",
+        ),
+        (
             "method = \"delaunay\", cap = true",
             "E0309",
             "leaves a surface open",
@@ -91,6 +96,12 @@ fn springs_tell_what_became_of_the_triangulation() {
          assert(a.smallest_angle_after > a.smallest_angle_before)\n\
          assert(a.simplex_ratio_after > a.simplex_ratio_before)"
     ));
+    // Where the box cuts the surface it is left open.
+    holds(
+        "field rod(x, y, z) over -1..1 = x^2 + y^2 - 0.25\n\
+         let m = polygonize(rod, method = \"springs\", resolution = 8)\n\
+         assert(not m.watertight and m.genus == 0)",
+    );
     let other = format!("{BALL}print(polygonize(ball, method = \"cubes\", cell = 0.3).adaptation)");
     fails(&other, 1, &["`adaptation` cannot be given"]);
 }

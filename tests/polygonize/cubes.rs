@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::support::{self, Closure, Made, cube};
+use crate::surfaces::compiled;
 use glam::DVec3;
 use imp::engine::{Field, Monitor, Silent};
 use imp::geometry::{Mesh, Topology};
@@ -392,6 +393,27 @@ fn poles_jumps_and_ends_of_the_domain_alone_are_no_surface() {
                 }
             }
         }
+    }
+}
+
+/// Near 10¹⁰ numbers are 2e-6 apart: as it is computed, the field is a staircase.
+#[test]
+fn where_rounding_makes_stairs_of_a_continuous_field_there_is_a_surface() {
+    let field = compiled("sin(x + 1e10)");
+    // The zeros of the sine are the multiples of π, of which this one is next to 10¹⁰.
+    let zero = (1e10 / PI).ceil() * PI - 1e10;
+    let options = Options {
+        cell: 0.125,
+        ..support::open(cube(3, -1.0, 1.0))
+    };
+    for method in [Method::Cubes, Method::Dual, Method::Tetrahedra] {
+        let made = support::mesh(&field, (method, &options), &Silent).unwrap();
+        assert_eq!(made.statistics.poor_roots, 0, "{method:?}");
+        for position in &made.shape.positions {
+            // π itself is known to 4e-16, of which there are 3e9.
+            assert!((position.x - zero).abs() < 5e-6, "{method:?}: {position}");
+        }
+        assert!((made.shape.area() - 4.0).abs() < 1e-3, "{method:?}");
     }
 }
 

@@ -225,6 +225,20 @@ fn random_samples_make_a_manifold_too() {
     assert_eq!(assert_closed("torus", &made).genus(), Some(1));
 }
 
+#[test]
+fn surfaces_in_the_sides_of_the_box_are_whole() {
+    let options = Options {
+        cell: 0.1,
+        ..open(cube(3, -1.0, 1.0))
+    };
+    let surfaces = [("x - 1", 4.0), ("max(abs(x), abs(y), abs(z)) - 1", 24.0)];
+    for (formula, area) in surfaces {
+        let made = support::mesh(&compiled(formula), (Method::Delaunay, &options), &Silent);
+        let mesh = made.unwrap().shape;
+        assert!((mesh.area() / area - 1.0).abs() < 0.01, "{formula}");
+    }
+}
+
 /// Wants an end at once.
 struct Hasty;
 

@@ -117,6 +117,27 @@ fn the_torus_has_the_number_that_its_area_asks_for() {
 }
 
 #[test]
+fn surfaces_that_lie_in_the_sides_of_the_box_are_covered() {
+    // x - 1, a side of the box itself; then all six sides.
+    let side = field(3, |p| (p.x - 1.0, DVec3::X));
+    let all = field(3, |p| {
+        let axis = p.abs().max_position();
+        let mut gradient = DVec3::ZERO;
+        gradient[axis] = p[axis].signum();
+        (p.abs().max_element() - 1.0, gradient)
+    });
+    let bounds = cube(3, 1.0);
+    let spacing = 0.1;
+    let outcome = run(&side, &spaced(spacing, bounds));
+    check(&outcome, &side, bounds);
+    // At the edges of the side floaters own half a cell: with 20 along each of its edges about a
+    // tenth more fits.
+    assert_number(outcome.samples.positions.len(), 4.0, spacing, 0.2);
+    let outcome = run(&all, &spaced(spacing, bounds));
+    assert_number(outcome.samples.positions.len(), 24.0, spacing, 0.1);
+}
+
+#[test]
 fn a_count_is_kept_in_any_unit_of_length() {
     for scale in [1e-3, 1.0, 1e3] {
         let field = sphere(DVec3::ONE * scale, scale);

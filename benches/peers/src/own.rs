@@ -173,7 +173,7 @@ pub fn bounds_alone(subject: &Subject, tier: Tier, count: usize) -> Task {
     let field = field(subject, tier);
     let dimension = subject.dimension;
     let [x, y, z] = sides(count);
-    let mut run = move || {
+    let run = move || {
         for ((x, y), z) in x.iter().zip(&y).zip(&z) {
             let mut bounds = [Enclosure::of_number(0.0)];
             let sides = [x, y, z].map(slice::from_ref);

@@ -136,6 +136,11 @@ impl Enclosures {
 
     /// The machine code for one box, where it can be made and is worth it.
     fn code(&self, tier: Tier) -> Option<&BoxCode> {
+        if tier == Tier::Automatic
+            && let Some(code) = self.code.get()
+        {
+            return code.as_deref();
+        }
         let is_worth_it = match tier {
             Tier::MachineCode => true,
             Tier::Automatic => {

@@ -25,7 +25,7 @@ pub(super) use choices::{Choice, Decision, Pass};
 pub use dispatch::Kernels;
 pub(super) use enclose::{Enclosures, Scalars, scalars as scalar_bounds};
 use execute::Columns;
-pub(super) use number::{LANES, Number};
+pub(super) use number::{LANES, Number, lend};
 pub(super) use table::{Code, Kernel, Kind, single};
 
 /// The bytes that the registers of a group of blocks may fill: a part of the second-level cache.

@@ -88,7 +88,7 @@ pub(in crate::engine) trait Number: Copy + 'static {
 const LINE: usize = 64;
 
 /// Lends numbers or blocks that are kept from call to call, so that repeated calls do not allocate.
-pub(super) fn lend<B: Copy>(
+pub(in crate::engine) fn lend<B: Copy>(
     kept: &std::cell::Cell<Vec<B>>,
     length: usize,
     filling: B,

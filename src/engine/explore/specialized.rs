@@ -27,6 +27,11 @@ impl Specialized<'_> {
         self.field.dimension()
     }
 
+    /// The field that was pruned.
+    pub fn whole(&self) -> &CompiledField {
+        self.field
+    }
+
     /// The number of operations for one point, fused ones counted once; 0 if it is not known.
     pub fn size(&self) -> usize {
         self.sequence.map_or(0, Sequence::len)

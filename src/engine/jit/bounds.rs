@@ -18,6 +18,7 @@ use super::chunk::Lengths;
 use super::memory::FreeingModule;
 use super::stages::{self, Stage, Stages};
 use super::{Refusal, check_size};
+use crate::engine::block;
 use crate::engine::lower::{Lowered, Operand};
 use crate::graph::interval::{Enclosure, Regularity};
 use crate::graph::{Interval, Op};
@@ -25,6 +26,7 @@ use cranelift_codegen::Context;
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_module::Module;
 use rounding::{Arguments, BoxFunction, CALL_UPWARD, CallUpward};
+use std::cell::Cell;
 use table::{Table, Vector};
 use translate::Source;
 
@@ -213,9 +215,6 @@ fn call(source: Source<'_>, step: usize) -> Call {
     }
 }
 
-/// Few slots and outputs need no allocation.
-const FEW: usize = 8;
-
 impl BoxCode {
     /// Encloses the outputs over the box with these sides and hands each with its place to
     /// `write`. `uniforms` are the parameters and what is computed of them alone, as many as the
@@ -230,21 +229,19 @@ impl BoxCode {
         let [x, y, z] = sides;
         let number = |side: &Interval| Enclosure::of_interval(*side).into();
         let sides = [number(x), number(y), number(z)];
-        let count = self.slots + self.outputs;
-        let mut few = [BoxNumber::NOTHING; FEW];
-        let mut many = Vec::new();
-        let memory = match count <= FEW {
-            true => &mut few[..count],
-            false => {
-                many.resize(count, BoxNumber::NOTHING);
-                &mut many[..]
-            }
-        };
-        let (slots, results) = memory.split_at_mut(self.slots);
-        self.execute(&sides, uniforms, slots, results);
-        for (output, &result) in results.iter().enumerate() {
-            write(output, result.into());
+        thread_local! {
+            static KEPT: Cell<Vec<BoxNumber>> = const { Cell::new(Vec::new()) };
         }
+        let count = self.slots + self.outputs;
+        KEPT.with(|kept| {
+            block::lend(kept, count, BoxNumber::NOTHING, |memory| {
+                let (slots, results) = memory.split_at_mut(self.slots);
+                self.execute(&sides, uniforms, slots, results);
+                for (output, &result) in results.iter().enumerate() {
+                    write(output, result.into());
+                }
+            });
+        });
     }
 
     /// Runs all parts. There are as many uniforms, slots and outputs as the code uses.

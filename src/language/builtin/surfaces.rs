@@ -44,7 +44,7 @@ pub(super) const TABLE: &[Builtin] = &[
             "snap = false",
             "samples =",
         ],
-        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"springs\"`, an adapted triangulation that springs fit to the surface (also in R2; where the box cuts the surface it needs `cap = false`; `adaptation` of the result tells what became of the triangulation); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"certified\"` (also in R2: it takes no resolution, but divides cells until intervals prove that the mesh has the topology of the surface; `proven` says whether that came about, a warning says where it did not, and why; `export(m, \"m.certificate\")` writes the proof, which `imp verify` checks); `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
+        "The level set f = iso in a box: a mesh in R3, curves in R2, the list of roots in R1. Methods in R3: `\"dual\"` (the usual one: sharp edges and corners are kept); `\"cubes\"` (marching cubes with the topology of the trilinear function; with `snap = true` vertices near grid points are merged where that does not change the topology, which makes better triangles); `\"extended\"` (marching cubes with further vertices on sharp edges and at corners; where the surface is smooth it is the mesh of `\"cubes\"`, with its thin triangles, and where edges are closer together than about two cells, or strongly curved, some are cut off and facets may be turned, which `\"dual\"` avoids better); `\"tetrahedra\"`, which cuts cells into `split` = 5, 6, 12 or 24 of them, or `\"bcc\"`, those of the body-centred lattice; `\"octree\"`, the same with larger cells where the surface is flat to `error`, a length (by default `cell` / 64); `\"springs\"`, an adapted triangulation that springs fit to the surface (also in R2; the surface is left open where the box cuts it; `adaptation` of the result tells what became of the triangulation); `\"continuation\"`, marching cubes in those cells only that the surface leads to from `seeds`, points near it, or without seeds from wherever the box is not proven to be empty; `\"certified\"` (also in R2: it takes no resolution, but divides cells until intervals prove that the mesh has the topology of the surface; `proven` says whether that came about, a warning says where it did not, and why; `export(m, \"m.certificate\")` writes the proof, which `imp verify` checks); `\"delaunay\"` (the restricted Delaunay triangulation of `samples`, points on the surface, or of floaters with the distance `cell`: the points become the vertices, the surface is left open where the box cuts it, and where the samples are too sparse for a manifold vertices are added). A field with two components in R3 gives the curve on which both vanish, by `\"continuation\"` (the usual method) or `\"tetrahedra\"`. In R2: `\"squares\"` (the usual one), `\"quadtree\"` (cells become smaller until segments are about as near to the curve as `error`, by default `cell` / 100) and `\"continuation\"` (`cell` is the step). In R1: `\"newton\"` (the usual one, which proves that none is missed) and `\"bracketing\"`. The box is `bounds`, or what `over` says, or one that provably holds the whole zero set (see `bounds`); `cell` is the side of a grid cell, by default the longest side of the box divided by `resolution`. Where the box cuts the level set, a surface is closed along the box unless `cap = false`; curves are left open unless `cap = true`. `ambiguity` is the rule for marching squares where opposite corners are inside: `\"saddle\"` (of the bilinear interpolant), `\"join\"`, `\"separate\"` or `\"subdivide\"` (the field itself decides).",
         polygonize,
     ),
     action(
@@ -210,15 +210,18 @@ fn polygonize(session: &mut Session, arguments: &Arguments) -> Outcome<Value> {
         refuse_cells(arguments)?;
     }
     options.iso = iso;
+    // Triangulations end where the box cuts the surface.
+    let can_cap = !matches!(used, Method::Delaunay | Method::Springs);
+    options.cap &= can_cap;
     if let Some(cap) = arguments.bool(session, "cap")? {
-        if used == Method::Delaunay && cap {
-            let message = "\"delaunay\" leaves a surface open where the box cuts it";
-            return Err(arguments.bad("cap", message.to_owned()));
+        if cap && !can_cap {
+            let name = used.name();
+            let message = format!("\"{name}\" leaves a surface open where the box cuts it");
+            return Err(arguments.bad("cap", message));
         }
         options.cap = cap;
     }
     if used == Method::Delaunay {
-        options.cap = false;
         options.samples = samples;
     }
     if let Some(snap) = arguments.bool(session, "snap")? {
@@ -464,17 +467,17 @@ fn polygonize_failure(error: PolygonizeError, arguments: &Arguments) -> Box<Diag
             let mut failure = failure(Code::NoSurface, message).at(arguments.place("f"), "no zero");
             failure.help = Some(
                 match (below, above, undefined) {
-                    (0, 0, _) => "the field is not a number anywhere in the box",
+                    (0, 0, _) => "the field is not a number at any of them",
                     (_, 0, 1..) => {
                         "the field is negative (inside) wherever it is a number: it ends where it \
                      is no longer defined"
                     }
                     (0, _, _) => {
-                        "the field is positive (outside) everywhere: enlarge the box, or use \
+                        "the field is positive (outside) at all of them: enlarge the box, or use \
                          smaller cells for what is thin"
                     }
                     (_, 0, _) => {
-                        "the field is negative (inside) everywhere: enlarge the box, or check \
+                        "the field is negative (inside) at all of them: enlarge the box, or check \
                          the sign of the field"
                     }
                     _ => "the changes of sign are jumps or poles, not zeros",

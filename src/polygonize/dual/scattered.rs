@@ -140,6 +140,10 @@ impl Evaluate for Scattered<'_> {
             }
         }
     }
+
+    fn compiled(&self) -> Option<&CompiledField> {
+        self.field.compiled()
+    }
 }
 
 /// The point with this number.

@@ -76,8 +76,7 @@ impl Complex {
         if job.options.cap && builder.meets_box {
             return Err(PolygonizeError::BadOption {
                 option: "cap",
-                demand: "be false with \"springs\", which closes nothing along the box, unless the \
-                         box holds the whole solid",
+                demand: "be 0 (false) with \"springs\", which closes nothing along the box",
                 value: 1.0,
             });
         }

@@ -44,6 +44,9 @@ const SLOWEST: f64 = 0.01;
 /// to the surface is too long to go.
 const STEEPEST: f64 = 0.2;
 
+/// A surface whose angle with a side of the box is smaller (the cosine) lies in it.
+const ALONG_WALL: f64 = 0.99;
+
 /// A step on which the normal turns farther (the cosine) crosses a crease.
 const CREASE: f64 = 0.7;
 
@@ -536,12 +539,14 @@ impl<'a> Population<'a> {
         (!self.floaters.is_empty()).then(|| sum / self.floaters.len() as f64)
     }
 
-    /// Whether a floater lies in a side of the box.
+    /// Whether a floater lies where a side of the box cuts the surface. A surface that lies in the side
+    /// goes on there.
     pub(super) fn at_wall(&self, floater: &Floater) -> bool {
         let (low, high) = (self.bounds.min, self.bounds.max);
         (0..self.bounds.dimension).any(|axis| {
             let place = floater.position[axis];
-            place <= low[axis] || place >= high[axis]
+            let is_in_side = place <= low[axis] || place >= high[axis];
+            is_in_side && floater.normal[axis].abs() < ALONG_WALL
         })
     }
 

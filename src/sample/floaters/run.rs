@@ -451,6 +451,9 @@ impl Run<'_> {
                 Goal::Count(count) => (count as f64, 0.0),
                 Goal::Spacing(spacing) => {
                     let number = number_for(dimension, area, spacing).round().max(1.0);
+                    // Where the surface is too rough to be measured, its area seems to grow with
+                    // every floater.
+                    let number = number.min(self.population.capacity as f64);
                     (number, (NEAR_ENOUGH * number).max(1.0))
                 }
             };
