@@ -80,6 +80,9 @@ struct Compare<'a> {
     with_gradients: bool,
 }
 
+/// Fills columns of values and of gradients.
+type Work<'a> = dyn FnMut(&mut [f64], &mut [&mut [f64]]) + 'a;
+
 impl Explorer for Compare<'_> {
     type Task = ();
 
@@ -130,17 +133,25 @@ impl Explorer for Compare<'_> {
             );
         }
         if self.with_gradients {
-            let mut found = vec![vec![0.25; 12]; 4];
-            let mut expected = vec![vec![0.5; 12]; 4];
-            for (field, columns) in [(Some(field), &mut found), (None, &mut expected)] {
-                let mut columns: Vec<&mut [f64]> = columns.iter_mut().map(|c| &mut c[..]).collect();
-                let (values, gradients) = columns.split_at_mut(1);
-                match field {
-                    Some(field) => field.gradients(&points, values[0], gradients),
-                    None => self.whole.gradients(&points, values[0], gradients),
-                }
-            }
-            for (found, expected) in found.iter().flatten().zip(expected.iter().flatten()) {
+            let columns = |work: &mut Work| {
+                let mut columns = vec![vec![0.25; 12]; 4];
+                let mut all: Vec<&mut [f64]> = columns.iter_mut().map(|c| &mut c[..]).collect();
+                let (values, gradients) = all.split_at_mut(1);
+                work(values[0], gradients);
+                columns.concat()
+            };
+            let expected = columns(&mut |values, gradients| {
+                self.whole.gradients(&points, values, gradients);
+            });
+            let found = columns(&mut |values, gradients| {
+                field.gradients(&points, values, gradients);
+            });
+            let excerpt = field.excerpt().expect("it is small");
+            let kept = columns(&mut |values, gradients| {
+                excerpt.gradients(&points, values, gradients);
+            });
+            let expected = expected.iter().chain(&expected);
+            for (found, expected) in found.iter().chain(&kept).zip(expected) {
                 assert!(
                     same(*found, *expected),
                     "seed {}, {cell:?}: {found:e} instead of {expected:e}",
@@ -232,6 +243,41 @@ fn pruned_values_are_those_of_the_whole_field() {
 fn pruned_gradients_are_those_of_the_whole_field() {
     let pruned = compare(5000..5100, true);
     assert!(pruned > 600, "{pruned}");
+}
+
+/// Adds up how long the gradients of leaves are.
+struct Lengths;
+
+impl Explorer for Lengths {
+    type Task = [usize; 2];
+
+    fn begin(&self, _: &Cell) -> [usize; 2] {
+        [0; 2]
+    }
+
+    fn decides(&self, _: &Cell, _: &Enclosure) -> bool {
+        false
+    }
+
+    fn decided(&self, _: &mut [usize; 2], _: &Cell, _: &Enclosure) {}
+
+    fn leaf(&self, sum: &mut [usize; 2], _: &Cell, _: &Enclosure, field: &mut Specialized<'_>) {
+        sum[0] += field.excerpt().expect("it is small").size();
+        sum[1] += 1;
+    }
+}
+
+#[test]
+fn gradients_are_as_short_as_their_leaves_allow() {
+    let field = field(&fields::spheres(100));
+    let mean = |splits: &[[usize; 3]]| {
+        let sums = explore(&field, &subdivision(splits), &Lengths, &Silent);
+        let [length, leaves] = [0, 1].map(|place| sums.iter().map(|sum| sum[place]).sum::<usize>());
+        length as f64 / leaves as f64
+    };
+    // A leaf of an eighth of the box meets a few of the spheres, half of it a great part of them.
+    let (coarse, fine) = (mean(&[[2; 3]]), mean(&[[2; 3], [4; 3]]));
+    assert!(fine < 0.5 * coarse, "{fine} of {coarse}");
 }
 
 /// What an exploration visits.

@@ -12,12 +12,14 @@
 //! tape. Tasks run in parallel, cells of a task one after the other, so that an explorer may use
 //! what it has found (as a renderer does that goes from front to back).
 
+mod excerpt;
 mod specialized;
 mod walk;
 
 use super::prune::Trunk;
 use super::{CompiledField, Field, Monitor};
 use crate::graph::interval::Enclosure;
+pub use excerpt::Excerpt;
 use glam::DVec3;
 use rayon::prelude::*;
 pub use specialized::Specialized;
@@ -79,6 +81,17 @@ impl Subdivision {
             low: face(0),
             high: face(1),
         }
+    }
+
+    /// The coordinates of the faces of leaves per axis, from the lower side of the box to the upper.
+    pub fn leaf_faces(&self) -> [Vec<f64>; 3] {
+        let cells = self.cells(self.splits.len().saturating_sub(1));
+        [0, 1, 2].map(|axis| {
+            let faces = 0..=cells[axis];
+            faces
+                .map(|face| self.face(axis, face, cells[axis]))
+                .collect()
+        })
     }
 
     /// The coordinate of a face between cells, of which the axis has so many. The same face has

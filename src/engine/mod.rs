@@ -52,7 +52,7 @@ mod test_expressions;
 
 pub use block::Kernels;
 pub use compiled::CompiledField;
-pub use explore::{Cell, Explorer, Specialized, Subdivision, explore};
+pub use explore::{Cell, Excerpt, Explorer, Specialized, Subdivision, explore};
 pub use extent::{Extent, extent};
 pub use field::Field;
 pub use jit::{compilations, compiling, refusal};

@@ -113,14 +113,12 @@ impl Specialized<'_> {
         let Some((points, count)) = self.columns(points, shortest) else {
             return;
         };
-        let trunk = self.field.program().gradient_trunk();
-        let done = gradients.len() >= dimension && trunk.is_runnable() && {
-            let nest = self.nest.get_or_insert_with(|| {
-                let q = self.field.parameters();
-                Box::new(Nest::new(trunk, q, self.field.program().choices()))
-            });
-            let decisions = |region: &_| self.pruned.decisions(region);
-            let (sequence, scalars) = nest.within(trunk, self.pruned.path, decisions);
+        let kernels = self.kernels;
+        let pruned = match gradients.len() >= dimension {
+            true => self.pruned_gradients(),
+            false => None,
+        };
+        let done = pruned.is_some_and(|(sequence, scalars)| {
             // At most four columns, so that nothing is allocated.
             let mut outputs: [&mut [f64]; 4] = Default::default();
             outputs[0] = &mut values[..count];
@@ -129,16 +127,31 @@ impl Specialized<'_> {
             }
             block::run(
                 &sequence.tape,
-                self.kernels,
+                kernels,
                 count,
                 points,
                 &scalars.double,
                 &mut outputs[..=dimension],
             )
-        };
+        });
         if !done {
             self.field.gradients(points, values, gradients);
         }
+    }
+
+    /// F and F_x, pruned for the cell, with their scalars; none if they cannot be.
+    pub(super) fn pruned_gradients(&mut self) -> Option<(&Sequence, &Scalars)> {
+        let program = self.field.program();
+        let trunk = program.gradient_trunk();
+        if !trunk.is_runnable() {
+            return None;
+        }
+        let nest = self.nest.get_or_insert_with(|| {
+            let q = self.field.parameters();
+            Box::new(Nest::new(trunk, q, program.choices()))
+        });
+        let decisions = |region: &_| self.pruned.decisions(region);
+        Some(nest.within(trunk, self.pruned.path, decisions))
     }
 
     /// The columns that the field needs, if all are there, and how many points they have.

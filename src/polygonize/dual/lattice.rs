@@ -9,6 +9,7 @@
 //! Cells are grouped in blocks of 8³, which the driver over boxes decides or hands out as leaves.
 
 use glam::DVec3;
+use rustc_hash::FxHashSet;
 
 use crate::engine::{Cell, Subdivision};
 use crate::polygonize::{Options, PolygonizeError};
@@ -154,6 +155,13 @@ impl Lattice {
     pub(super) fn blocks_of(&self, level: usize, axis: usize) -> usize {
         let below = self.subdivision.splits.iter().skip(level + 1);
         below.map(|split| split[axis]).product()
+    }
+
+    /// The cells of a level of the subdivision that these blocks are in.
+    pub(super) fn around(&self, level: usize, blocks: &[[usize; 3]]) -> FxHashSet<[usize; 3]> {
+        let sizes = [0, 1, 2].map(|axis| self.blocks_of(level, axis));
+        let cell = |block: &[usize; 3]| [0, 1, 2].map(|axis| block[axis] / sizes[axis]);
+        blocks.iter().map(cell).collect()
     }
 
     /// The lattice's cells that a cell of the subdivision covers: first, and behind the last;
