@@ -235,3 +235,26 @@ fn only_words_that_look_like_files_are_files() {
     let run = imp_with(folder.path(), &["eval", "-", "a + 1"], b"let a = 2\n").well();
     assert_eq!(run.stdout, "3\n");
 }
+
+#[test]
+fn certificates_without_a_place_are_refused_before_the_work() {
+    let folder = folder_with_ball();
+    let mesh = |words: &[&str]| {
+        let run = imp_in(
+            folder.path(),
+            &[&["mesh", "ball.imp", "-o", "ball.ply"], words].concat(),
+        );
+        assert!(!folder.path().join("ball.ply").exists(), "{words:?}");
+        run
+    };
+    let certified = ["--method", "certified", "--certificate"];
+    let same = mesh(&[&certified[..], &["ball.ply"]].concat());
+    assert_eq!(same.code, 2);
+    assert!(same.stderr.contains("a name of its own"), "{}", same.stderr);
+    let nowhere = mesh(&[&certified[..], &["none/ball.certificate"]].concat());
+    assert_eq!(nowhere.code, 3);
+    assert!(nowhere.stderr.contains("E0703"), "{}", nowhere.stderr);
+    let other = mesh(&["--certificate", "ball.certificate"]);
+    assert_eq!(other.code, 2);
+    assert!(other.stderr.contains("certified"), "{}", other.stderr);
+}

@@ -130,11 +130,13 @@ pub enum PolygonizeError {
         /// The level.
         iso: f64,
     },
-    /// Nothing changes its sign, but there may be zeros where nothing is proven.
-    #[error("no change of sign of F − {iso} is in the box, but zeros without one may be: nothing is proven near {place}, because {}", cause.words())]
+    /// No zero was found, but there may be some where nothing is proven.
+    #[error("no point with F = {iso} was found in the box, but nothing is proven near {}, because {}", in_words(*place, *dimension), cause.words())]
     MaybeEmpty {
         /// The level.
         iso: f64,
+        /// That of the field.
+        dimension: usize,
         /// Where the most of what is not proven is.
         place: DVec3,
         /// Why.
@@ -163,6 +165,14 @@ fn no_level(iso: f64, below: usize, above: usize, undefined: usize) -> String {
     };
     let parts: Vec<String> = kinds.into_iter().filter_map(part).collect();
     format!("F does not cross {iso} in the box: {}", parts.join(", "))
+}
+
+/// A place with as many coordinates as there are.
+pub(super) fn in_words(place: DVec3, dimension: usize) -> String {
+    let coordinates = place.to_array();
+    let coordinates = coordinates.iter().take(dimension);
+    let coordinates: Vec<String> = coordinates.map(f64::to_string).collect();
+    format!("({})", coordinates.join(", "))
 }
 
 /// The error that says what was seen instead of a zero.

@@ -156,11 +156,10 @@ pub fn polygonize(
         Shape::Roots(roots) => roots.undecided.iter().any(|part| !part.reason.is_break()),
         _ => false,
     };
-    if let (Some(proof), 0) = (&proof, statistics.good_roots) {
-        return Err(proof.emptiness(options.iso));
-    }
     if statistics.good_roots == 0 && !may_have_more {
-        return Err(no_surface(options, seen));
+        let proven = proof.as_ref();
+        let proven = proven.and_then(|proof| proof.emptiness(options.iso, dimension));
+        return Err(proven.unwrap_or_else(|| no_surface(options, seen)));
     }
     (statistics.flat_places, statistics.probed_places) = plateau::plateau(&job, &shape);
     if dimension == 3 && options.cap && statistics.cut_by_box {

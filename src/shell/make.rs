@@ -136,6 +136,10 @@ pub(super) fn make(
     let is_told = common.json || further == Further::Report;
     check_output(subject, (function, is_told), field.dimension(), common)
         .map_err(|error| workspace.fail(&[*error]))?;
+    if let Further::Certificate(path) = further {
+        check_certificate(path, subject, flags, common)
+            .map_err(|error| workspace.fail(&[*error]))?;
+    }
     let bounds = ("bounds", subject.bounds.as_deref());
     let mut options = Vec::new();
     for (name, text) in flags.iter().chain([&bounds]) {
@@ -287,6 +291,28 @@ fn check_output(
     }
 }
 
+/// Refuses, before the work, a certificate that there would not be or that has no place.
+fn check_certificate(
+    path: &Path,
+    subject: &Subject,
+    flags: &[Flag<'_>],
+    common: &Common,
+) -> Outcome<()> {
+    let refuse = |message: &str| Err(Box::new(Diagnostic::error(Code::Usage, message.to_owned())));
+    let certified = quoted("certified");
+    if !flags.contains(&("method", Some(&certified))) {
+        return refuse(NO_CERTIFICATE);
+    }
+    if subject.output.as_deref() == Some(path) {
+        return refuse("the certificate would replace the other file: give it a name of its own");
+    }
+    file::check_writable(&output_path(path, common), common.out.as_deref())
+        .map_err(|error| file_failure(&error))
+}
+
+/// Why there is no certificate.
+const NO_CERTIFICATE: &str = "only `--method certified` makes a certificate, in R2 and R3";
+
 fn roots_to_file() -> Box<Diagnostic> {
     let message = "roots cannot be written to a file";
     let error = Diagnostic::error(Code::WrongFormat, message);
@@ -336,10 +362,8 @@ fn write(path: &Path, common: &Common, value: &Value) -> Outcome<PathBuf> {
 
 /// Writes the proof of the topology.
 fn write_certificate(path: &Path, common: &Common, value: &Value) -> Outcome<()> {
-    let text = product::certificate(value).ok_or_else(|| {
-        let message = "only `--method certified` makes a certificate, in R2 and R3";
-        Box::new(Diagnostic::error(Code::Usage, message.to_owned()))
-    })?;
+    let text = product::certificate(value)
+        .ok_or_else(|| Box::new(Diagnostic::error(Code::Usage, NO_CERTIFICATE.to_owned())))?;
     file::write_text(&output_path(path, common), &text).map_err(|error| file_failure(&error))
 }
 

@@ -13,7 +13,7 @@ use crate::graph::Interval;
 pub enum Cause {
     /// F and F_x vanish together, or cannot be told from that.
     Singular,
-    /// F has a kink: its gradients on both sides differ too much.
+    /// F has a kink, or cannot be told from that: its gradients differ too much in small cells.
     Kink,
     /// F may be undefined.
     Undefined,
@@ -32,9 +32,11 @@ impl Cause {
     pub fn words(self) -> &'static str {
         match self {
             Cause::Singular => {
-                "F and its gradient vanish together there: the level set is singular"
+                "F and its gradient vanish together there, or nearly: the level set may be singular"
             }
-            Cause::Kink => "the gradient of F jumps there: the level set has an edge or a corner",
+            Cause::Kink => {
+                "the gradient of F jumps or turns too fast there: the level set may have an edge or a corner"
+            }
             Cause::Undefined => "F may be undefined there",
             Cause::Jump => "F may jump there",
             Cause::Steep => "the gradient of F is not bounded there",
@@ -139,7 +141,13 @@ pub(super) fn settled(
 ) -> (DVec3, [f64; 2]) {
     let values = |point: DVec3| {
         let (value, gradient) = field.value_gradient(point);
-        [(value - iso).abs(), gradient.length()]
+        // Scaled, so that squares neither overflow nor vanish.
+        let scale = gradient.abs().max_element();
+        let length = match scale > 0.0 && scale.is_finite() {
+            true => scale * (gradient / scale).length(),
+            false => scale,
+        };
+        [(value - iso).abs(), length]
     };
     let here = values(place);
     match critical_point(field, dimension, place, 2.0 * radius) {

@@ -73,11 +73,19 @@ pub struct Certified {
 }
 
 impl Certified {
-    /// Why there is nothing at this level.
-    pub(super) fn emptiness(&self, iso: f64) -> PolygonizeError {
+    /// Why there is nothing at this level; none if it is proven that there is something.
+    pub(super) fn emptiness(&self, iso: f64, dimension: usize) -> Option<PolygonizeError> {
         match self.doubts.first() {
-            Some(&Doubt { place, cause, .. }) => PolygonizeError::MaybeEmpty { iso, place, cause },
-            None => PolygonizeError::ProvenEmpty { iso },
+            Some(&Doubt { place, cause, .. }) => Some(PolygonizeError::MaybeEmpty {
+                iso,
+                dimension,
+                place,
+                cause,
+            }),
+            None if self.proven && self.components.is_empty() => {
+                Some(PolygonizeError::ProvenEmpty { iso })
+            }
+            None => None,
         }
     }
 }

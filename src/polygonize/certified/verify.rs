@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::super::error::in_words;
 use super::super::octree::Node;
 use super::super::octree::decompose::Decomposition;
 use super::super::simplices::Place;
@@ -61,10 +62,16 @@ pub enum VerifyError {
     /// What is said of a cell is not true, or cannot be proven.
     #[error("the cell around {place} is not proven to be what it is said to be: {what}")]
     CellFails {
-        /// The middle of the cell.
-        place: DVec3,
+        /// The middle of the cell, in words.
+        place: String,
         /// What cannot be proven.
         what: &'static str,
+    },
+    /// The sign that F − iso is computed to have at a corner of cells is not proven.
+    #[error("the sign of F at the corner {place} of a cell is not proven")]
+    CornerFails {
+        /// The corner, in words.
+        place: String,
     },
     /// The components are others.
     #[error("what it says of the level set does not follow from its cells")]
@@ -97,7 +104,7 @@ pub fn verify(text: &str, monitor: &dyn Monitor) -> Result<Verified, VerifyError
     let analysed = Analysed::new(&field);
     let mut check = Check::new(&analysed, &frame, certificate.iso, &cells, monitor)?;
     check.decided(&cells)?;
-    check.corners()?;
+    check.corners(&cells)?;
     check.tested(&cells)?;
     let claims = check.claims(&cells)?;
     let count = |letters: &str| {
@@ -274,7 +281,7 @@ impl<'a> Check<'a> {
 
     fn fails(&self, node: &Node, what: &'static str) -> VerifyError {
         VerifyError::CellFails {
-            place: middle(self.frame, node),
+            place: in_words(middle(self.frame, node), self.frame.dimension),
             what,
         }
     }
@@ -340,10 +347,20 @@ impl<'a> Check<'a> {
         known.copied().unwrap_or(f64::NAN)
     }
 
-    /// Checks that corners of simplices at cells without a zero have the sign that is proven.
-    fn corners(&self) -> Result<(), VerifyError> {
-        let wrong: Vec<Place> = (self.values.par_iter())
-            .filter_map(|(&number, &value)| {
+    /// Checks that corners of simplices at cells without a zero have the sign that is proven. Those of
+    /// cells of which nothing is claimed need not.
+    fn corners(&self, cells: &[(Node, char)]) -> Result<(), VerifyError> {
+        let mut claimed: FxHashSet<u64> = FxHashSet::default();
+        for (node, _) in cells.iter().filter(|(_, letter)| "cn".contains(*letter)) {
+            let lattice = &self.frame.lattice;
+            self.frame
+                .for_each_simplex(&self.decomposition, node, |corners| {
+                    claimed.extend(corners.iter().map(|&corner| lattice.key(corner)));
+                });
+        }
+        let wrong: Vec<Place> = (claimed.par_iter())
+            .filter_map(|&number| {
+                let value = self.values.get(&number).copied().unwrap_or(f64::NAN);
                 let place = self.frame.lattice.place(number);
                 let point = self.frame.hull(&[place]);
                 let natural = enclosing::values(self.analysed.field, &[point]);
@@ -355,9 +372,8 @@ impl<'a> Check<'a> {
             })
             .collect();
         match wrong.into_iter().min() {
-            Some(place) => Err(VerifyError::CellFails {
-                place: self.frame.lattice.point(place),
-                what: "the sign of F − iso at its corner is not proven",
+            Some(place) => Err(VerifyError::CornerFails {
+                place: in_words(self.frame.lattice.point(place), self.frame.dimension),
             }),
             None => Ok(()),
         }
