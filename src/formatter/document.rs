@@ -51,8 +51,10 @@ enum Item<'text> {
 #[derive(Clone, Copy, Debug, Default)]
 struct Extent {
     /// What comes up to here, by its index, must fit.
+    head: usize,
+    /// The part that may have lines of its own begins here, or before `head`.
     until: usize,
-    /// Between `until` and here lines of its own may stand, but not from here to `end`.
+    /// Between `head` and here lines of its own may stand, but not from here to `end`.
     resumes: usize,
     end: usize,
     /// It is broken in any case.
@@ -183,7 +185,13 @@ impl<'text> Document<'text> {
     /// From here on the group may have lines of its own without being broken.
     pub(super) fn measure_to_here(&mut self, group: Group) {
         let here = self.items.len();
-        self.change(group, |extent| extent.until = here);
+        self.change(group, |extent| (extent.until, extent.head) = (here, here));
+    }
+
+    /// Only from here on it may, though the part that does has begun.
+    pub(super) fn measure_head_to_here(&mut self, group: Group) {
+        let here = self.items.len();
+        self.change(group, |extent| extent.head = here);
     }
 
     /// From here on the group may not have lines of its own again.
@@ -197,7 +205,7 @@ impl<'text> Document<'text> {
         let here = self.items.len();
         self.change(group, |extent| {
             if extent.until == 0 {
-                extent.until = here;
+                (extent.until, extent.head) = (here, here);
             }
             if extent.resumes == 0 {
                 extent.resumes = here;
@@ -384,7 +392,7 @@ impl<'text> Page<'text> {
     fn hugs(&self, index: usize, extent: Extent, widths: &Widths) -> bool {
         let last_line = WIDTH.saturating_sub(self.steps * STEP + 1);
         extent.until < extent.end
-            && widths.fit(index, extent.until, self.columns_left())
+            && widths.fit(index, extent.head, self.columns_left())
             && widths.fit(extent.resumes, extent.end, last_line)
             && !widths.fit(extent.until, extent.resumes, self.next_line())
     }

@@ -129,7 +129,10 @@ impl Writer<'_> {
             }
             ExpressionKind::Lambda(function) => self.lambda(function),
             ExpressionKind::If { .. } => self.conditional(expression, place),
-            ExpressionKind::Block(block) => self.block(block),
+            ExpressionKind::Block(block) => {
+                self.begin_hugged_block();
+                self.block(block);
+            }
             // A text with errors is not formatted.
             ExpressionKind::Error => {}
         }

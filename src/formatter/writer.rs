@@ -22,6 +22,10 @@ pub(super) struct Writer<'text> {
     pub(super) document: Document<'text>,
     /// For each open bracket whether line ends say nothing in it.
     brackets: Vec<bool>,
+    /// The brackets that stand close around the element that is being written, up to its block: what
+    /// comes before that must fit on the line, for behind the block the line goes on after its bracket
+    /// alone.
+    hugging: Option<Group>,
 }
 
 /// How what stands in brackets is set.
@@ -62,6 +66,7 @@ impl<'text> Writer<'text> {
             behind_comment: false,
             document: Document::default(),
             brackets: Vec::new(),
+            hugging: None,
         }
     }
 
@@ -246,6 +251,7 @@ impl<'text> Writer<'text> {
         count: usize,
         mut element: impl FnMut(&mut Self, usize),
     ) {
+        let outer = self.hugging.take();
         let group = self.document.open();
         self.word();
         self.document.indent();
@@ -260,9 +266,11 @@ impl<'text> Writer<'text> {
             let hugged = brackets.hugged == Some(index) && !self.is_after_comment();
             if hugged {
                 self.document.measure_to_here(group);
+                self.hugging = Some(group);
             }
             element(self, index);
             if hugged {
+                self.hugging = None;
                 self.document.measure_from_here(group);
             }
             if !is_last {
@@ -284,6 +292,14 @@ impl<'text> Writer<'text> {
         }
         self.word();
         self.document.close(group);
+        self.hugging = outer;
+    }
+
+    /// The block begins that an element in close brackets ends with.
+    pub(super) fn begin_hugged_block(&mut self) {
+        if let Some(group) = self.hugging.take() {
+            self.document.measure_head_to_here(group);
+        }
     }
 
     /// What stands behind the last element: a comma that was written there keeps the list broken.

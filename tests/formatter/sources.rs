@@ -101,7 +101,7 @@ fn random_program(random: &mut Random, round: usize) -> String {
 #[test]
 fn ten_thousand_random_programs_keep_their_meaning() {
     std::thread::scope(|scope| {
-        for seed in 12..16 {
+        for seed in 0..4 {
             scope.spawn(move || {
                 let mut random = Random(seed);
                 let (mut well, mut comments, mut round) = (0, 0, 0);
