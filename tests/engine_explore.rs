@@ -280,6 +280,52 @@ fn gradients_are_as_short_as_their_leaves_allow() {
     assert!(fine < 0.5 * coarse, "{fine} of {coarse}");
 }
 
+/// Asks in every leaf for gradients all over the box.
+struct Elsewhere<'a>(&'a CompiledField);
+
+impl Explorer for Elsewhere<'_> {
+    type Task = ();
+
+    fn begin(&self, _: &Cell) {}
+
+    fn decides(&self, _: &Cell, _: &Enclosure) -> bool {
+        false
+    }
+
+    fn decided(&self, _: &mut (), _: &Cell, _: &Enclosure) {}
+
+    fn leaf(&self, _: &mut (), cell: &Cell, _: &Enclosure, field: &mut Specialized<'_>) {
+        let far = Cell {
+            low: DVec3::splat(-1.0),
+            high: DVec3::splat(0.7),
+            ..*cell
+        };
+        let columns = [grid(cell, 3), grid(&far, 3)];
+        let columns = [0, 1, 2].map(|axis| [&columns[0][axis][..], &columns[1][axis]].concat());
+        let points = columns.each_ref().map(|column| &column[..]);
+        let [mut found, mut expected] = [(); 2].map(|()| vec![vec![0.0; 54]; 4]);
+        let columns = |all: &mut Vec<Vec<f64>>, work: &mut Work| {
+            let mut all: Vec<&mut [f64]> = all.iter_mut().map(|c| &mut c[..]).collect();
+            let (values, gradients) = all.split_at_mut(1);
+            work(values[0], gradients);
+        };
+        columns(&mut found, &mut |values, gradients| {
+            field.gradients(&points, values, gradients);
+        });
+        columns(&mut expected, &mut |values, gradients| {
+            self.0.gradients(&points, values, gradients);
+        });
+        assert_eq!(found, expected, "{cell:?}");
+    }
+}
+
+#[test]
+fn gradients_are_right_also_outside_of_the_leaf() {
+    let field = field(&fields::spheres(100));
+    let subdivision = subdivision(&[[2; 3], [4; 3]]);
+    explore(&field, &subdivision, &Elsewhere(&field), &Silent);
+}
+
 /// What an exploration visits.
 #[derive(Clone, Debug, PartialEq)]
 enum Visit {

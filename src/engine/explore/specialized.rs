@@ -1,16 +1,19 @@
 //! The field as it is pruned for the surroundings of a leaf.
 
+use super::Cell;
 use super::walk::Pruned;
 use crate::engine::block::{self, Kernels};
 use crate::engine::prune::{Nest, Scalars, Sequence};
 use crate::engine::{CompiledField, Field};
 
 /// A field for points of one cell: values and gradients have the bits of the whole field's, and
-/// cost what the parts of it that are near cost. Nothing is said of points elsewhere.
+/// cost what the parts of it that are near cost. Gradients are right elsewhere, too, at the whole
+/// field's cost; of values nothing is said there.
 ///
 /// As many points are evaluated as the shortest column has; a missing column has none.
 pub struct Specialized<'a> {
     pub(super) field: &'a CompiledField,
+    pub(super) cell: &'a Cell,
     /// None if the field is too large for blocks.
     pub(super) sequence: Option<&'a Sequence>,
     pub(super) scalars: &'a Scalars,
@@ -134,8 +137,37 @@ impl Specialized<'_> {
                 &mut outputs[..=dimension],
             )
         });
-        if !done {
-            self.field.gradients(points, values, gradients);
+        match done {
+            true => self.correct_outside(points, &mut values[..count], gradients),
+            false => self.field.gradients(points, values, gradients),
+        }
+    }
+
+    /// Replaces what was found at points that are not in the cell by what the whole field is there.
+    fn correct_outside(&self, points: &[&[f64]], values: &mut [f64], gradients: &mut [&mut [f64]]) {
+        let Cell { low, high, .. } = self.cell;
+        let is_outside = |&index: &usize| {
+            let mut columns = points.iter().enumerate();
+            columns
+                .any(|(axis, column)| !(low[axis] <= column[index] && column[index] <= high[axis]))
+        };
+        let outside: Vec<usize> = (0..values.len()).filter(is_outside).collect();
+        if outside.is_empty() {
+            return;
+        }
+        let columns = points.iter();
+        let columns = columns.map(|column| outside.iter().map(|&index| column[index]).collect());
+        let columns: Vec<Vec<f64>> = columns.collect();
+        let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+        let mut found = vec![vec![0.0; outside.len()]; 1 + points.len()];
+        let mut found: Vec<&mut [f64]> = found.iter_mut().map(Vec::as_mut_slice).collect();
+        let (own, slopes) = found.split_at_mut(1);
+        self.field.gradients(&columns, own[0], slopes);
+        for (place, &index) in outside.iter().enumerate() {
+            values[index] = own[0][place];
+            for (column, slope) in gradients.iter_mut().zip(&*slopes) {
+                column[index] = slope[place];
+            }
         }
     }
 

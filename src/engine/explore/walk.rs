@@ -218,6 +218,7 @@ impl<E: Explorer> Walk<'_, E> {
             let sequence = self.sequence(&workspace.sequences, given);
             let mut field = Specialized {
                 field: self.field,
+                cell,
                 sequence: self.can_bound.then_some(sequence),
                 scalars: &workspace.scalars,
                 kernels: workspace.kernels,
