@@ -309,6 +309,13 @@ fn a_tier_is_chosen_by_the_size_of_a_batch() {
     let program = Program::new(&example.graph, &[example.root], 3);
     assert_eq!(program.tier(512), Tier::Block(Kernels::widest()));
     assert_eq!(program.tier(1), Tier::MachineCode);
+    // A million points pay for vectors, whatever their width.
+    for _ in 0..2_000 {
+        let mut values = [0.0; 512];
+        program.evaluate_batch(&[&[0.5; 512][..]; 3], &example.q, &mut [&mut values]);
+    }
+    assert_eq!(program.tier(512), Tier::Vector(Kernels::widest()));
+    assert_eq!(program.tier(1), Tier::MachineCode);
     // 2,800 steps take longer to compile than a few points take in blocks.
     let example = fields::spheres(400);
     let program = Program::new(&example.graph, &[example.root], 3);

@@ -34,7 +34,7 @@ fn derivatives(graph: &mut Graph, root: NodeId, parameters: &[u32]) -> Vec<NodeI
 /// The tiers that this processor can execute as they are.
 fn tiers() -> impl Iterator<Item = (&'static str, Tier)> {
     let is_possible = |&(_, tier): &(&str, Tier)| match tier {
-        Tier::Block(kernels) => kernels.or_narrower() == kernels,
+        Tier::Block(kernels) | Tier::Vector(kernels) => kernels.or_narrower() == kernels,
         _ => true,
     };
     Tier::ALL.into_iter().filter(is_possible)

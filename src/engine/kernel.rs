@@ -23,20 +23,31 @@ const QUICKLY_COMPILED: usize = 1024;
 /// compile, and then saves about 1.5 ns at each point.
 const WORTH_COMPILING: usize = 3000;
 
-/// After so many points in large batches, vectors are compiled where blocks are not wider than 256
-/// bits: they are a quarter faster than those, or more, and a step takes some 10 µs to compile. So
-/// both grow with the kernel, and the number does not depend on it. With 512 bits blocks are level
-/// with vectors in f64 and up to 1.4 times as fast in f32.
+/// After so many points in large batches, vectors of 256 or 512 bits are compiled: a step takes
+/// some 0.1 µs, and then saves about 0.02 ns at each point.
+const WORTH_WIDE_VECTORS: usize = 1 << 12;
+
+/// The points for whose savings a kernel of one step would pay for what compiling takes however
+/// short the kernel is, some 8 µs.
+const WORTH_A_MODULE: usize = 1 << 19;
+
+/// Vectors wait for functions. Where these are more than one step in so many, blocks are level.
+const STEPS_PER_FUNCTION: usize = 3;
+
+/// After so many points in large batches, Cranelift compiles vectors of 128 bits, for some 10 µs
+/// per step.
 const WORTH_VECTORS: usize = 1 << 18;
 
-/// The longest kernel that is compiled to vectors without being asked for, in steps: more would
-/// be an interruption.
+/// The longest kernel that Cranelift compiles to vectors without being asked for, in steps: more
+/// would be an interruption.
 const LARGEST_VECTORS: usize = 1 << 14;
 
 /// One function of a program, ready to run.
 pub(super) struct Kernel {
     tier: Tier,
     lowered: Lowered,
+    /// How many of its steps are functions, for which processors have no instruction.
+    functions: usize,
     tape: Tape,
     machine_code: OnceLock<Option<Box<MachineCode>>>,
     vectors: OnceLock<Option<Box<VectorCode<f64>>>>,
@@ -72,6 +83,7 @@ impl Kernel {
         Kernel {
             tier,
             tape: tape::assemble(&lowered),
+            functions: jit::functions(&lowered),
             lowered,
             machine_code: OnceLock::new(),
             vectors: OnceLock::new(),
@@ -85,7 +97,7 @@ impl Kernel {
     pub(super) fn tier(&self, count: usize) -> Tier {
         match self.executor(count) {
             Executor::MachineCode(_) => Tier::MachineCode,
-            Executor::Vector(_) => Tier::Vector,
+            Executor::Vector(_) => Tier::Vector(self.tier.kernels()),
             Executor::Block(kernels) => Tier::Block(kernels),
             Executor::Interpreter => Tier::Interpreter,
         }
@@ -96,7 +108,7 @@ impl Kernel {
         let is_few = count < BULK;
         let compiled = match self.tier {
             Tier::MachineCode => self.machine_code().map(Executor::MachineCode),
-            Tier::Vector => self.vectors(&self.vectors).map(Executor::Vector),
+            Tier::Vector(_) => self.vectors(&self.vectors).map(Executor::Vector),
             Tier::Automatic if is_few && self.is_worth_compiling(count) => {
                 self.machine_code().map(Executor::MachineCode)
             }
@@ -121,15 +133,21 @@ impl Kernel {
         &self,
         place: &'a OnceLock<Option<Box<VectorCode<T>>>>,
     ) -> Option<&'a VectorCode<T>> {
-        let new = || vector::compile(&self.lowered).ok().map(Box::new);
+        let kernels = self.tier.kernels();
+        let new = || vector::compile(&self.lowered, kernels).ok().map(Box::new);
         place.get_or_init(new).as_deref()
     }
 
     /// Whether compiling to vectors pays for large batches, of which this one has `count` points.
     fn are_vectors_worth_it(&self, count: usize) -> bool {
-        self.tier.kernels() < Kernels::Avx512
-            && self.lowered.steps.len() <= LARGEST_VECTORS
-            && self.bulk.fetch_add(count, Ordering::Relaxed) >= WORTH_VECTORS
+        let steps = self.lowered.steps.len();
+        let worth = match vector::are_wide(self.tier.kernels()) {
+            true if self.functions * STEPS_PER_FUNCTION > steps => return false,
+            true => WORTH_WIDE_VECTORS + WORTH_A_MODULE / steps.max(1),
+            false if steps > LARGEST_VECTORS => return false,
+            false => WORTH_VECTORS,
+        };
+        self.bulk.fetch_add(count, Ordering::Relaxed) >= worth
     }
 
     /// Whether compiling pays for small batches, of which this one has `count` points.
@@ -171,7 +189,7 @@ impl Kernel {
         let count = self.shortest(points, outputs);
         let in_vectors = match self.tier {
             Tier::Automatic => count >= BULK && self.are_vectors_worth_it(count),
-            tier => tier == Tier::Vector,
+            tier => matches!(tier, Tier::Vector(_)),
         };
         if in_vectors
             && let Some(code) = self.vectors(&self.vectors_f32)

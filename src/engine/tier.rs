@@ -6,13 +6,14 @@ use super::Kernels;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tier {
     /// For each batch what is fastest: machine code for few points, blocks for many, and vectors
-    /// where there have been very many and the processor has no AVX-512.
+    /// where there have been very many.
     #[default]
     Automatic,
     /// Machine code made by Cranelift, point after point.
     MachineCode,
-    /// Machine code made by Cranelift, in vectors of two f64 or four f32.
-    Vector,
+    /// Machine code in vectors of this instruction set's width or, where the processor lacks it, a
+    /// narrower one: 128 bits by Cranelift, 256 and 512 by Imp itself.
+    Vector(Kernels),
     /// Blocks of points, one operation after the other, by kernels for this instruction set or,
     /// where the processor lacks it, a narrower one.
     Block(Kernels),
@@ -22,10 +23,12 @@ pub enum Tier {
 
 impl Tier {
     /// Every tier with the name that it is chosen by.
-    pub const ALL: [(&'static str, Tier); 7] = [
+    pub const ALL: [(&'static str, Tier); 9] = [
         ("automatic", Tier::Automatic),
         ("machine-code", Tier::MachineCode),
-        ("vector", Tier::Vector),
+        ("vector-avx512", Tier::Vector(Kernels::Avx512)),
+        ("vector-avx2", Tier::Vector(Kernels::Avx2)),
+        ("vector-baseline", Tier::Vector(Kernels::Baseline)),
         ("block-avx512", Tier::Block(Kernels::Avx512)),
         ("block-avx2", Tier::Block(Kernels::Avx2)),
         ("block-baseline", Tier::Block(Kernels::Baseline)),
@@ -41,7 +44,7 @@ impl Tier {
     /// The kernels for work that is always done in blocks.
     pub(super) fn kernels(self) -> Kernels {
         match self {
-            Tier::Block(kernels) => kernels.or_narrower(),
+            Tier::Block(kernels) | Tier::Vector(kernels) => kernels.or_narrower(),
             _ => Kernels::widest(),
         }
     }

@@ -1,5 +1,5 @@
-//! Machine code: for single points here, for many in [`vector`], for enclosures of one box in
-//! [`bounds`].
+//! Machine code: for single points here, for many in [`vector`] and [`wide`], for enclosures of one
+//! box in [`bounds`].
 //!
 //! [`compile`] turns steps into functions with Cranelift; [`MachineCode::run`] calls them and
 //! cannot be misused: it takes slices and checks their lengths. Everything that could go wrong
@@ -24,8 +24,9 @@ mod memory;
 mod stages;
 mod translate;
 pub(super) mod vector;
+mod wide;
 
-use super::lower::Lowered;
+use super::lower::{Lowered, Step};
 use crate::graph::Op;
 use chunk::Lengths;
 use cranelift_codegen::Context;
@@ -166,6 +167,12 @@ fn compile_with(lowered: &Lowered, lengths: Lengths) -> Result<MachineCode, Refu
         block: plan.block,
         _module: owner,
     })
+}
+
+/// How many steps are functions: no instruction computes them.
+pub(super) fn functions(lowered: &Lowered) -> usize {
+    let is_function = |step: &&Step| emit::native(step.operation).is_none();
+    lowered.steps.iter().filter(is_function).count()
 }
 
 /// Refuses kernels beyond [`LARGEST_KERNEL`] or of more than three coordinates.
@@ -386,12 +393,18 @@ fn define(
 /// Compiles one function into the module.
 fn finish(module: &mut impl Module, context: &mut Context) -> Result<FuncId, Refusal> {
     let id = module.declare_anonymous_function(&context.func.signature)?;
+    counted(|| module.define_function(id, context).map_err(Refusal::from))?;
+    Ok(id)
+}
+
+/// Compiles one function, and adds it and its time to [`compilations`] and [`compiling`].
+fn counted<T>(compile: impl FnOnce() -> T) -> T {
     let begun = Instant::now();
-    module.define_function(id, context)?;
+    let result = compile();
     let spent = u64::try_from(begun.elapsed().as_nanos()).unwrap_or(u64::MAX);
     COMPILING.fetch_add(spent, Ordering::Relaxed);
     COMPILATIONS.fetch_add(1, Ordering::Relaxed);
-    Ok(id)
+    result
 }
 
 #[cfg(test)]

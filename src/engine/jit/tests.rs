@@ -146,7 +146,7 @@ fn code_uses_no_wide_registers() {
 /// Whether the upper halves of the vector registers hold anything: bit 2 of XINUSE, which
 /// XGETBV(1) gives (Intel SDM, volume 1, section 13.6). `None` where the processor cannot tell.
 #[cfg(target_arch = "x86_64")]
-fn upper_halves_in_use() -> Option<bool> {
+pub(in crate::engine::jit) fn upper_halves_in_use() -> Option<bool> {
     use std::arch::x86_64::__cpuid_count;
     if !std::arch::is_x86_feature_detected!("avx") || __cpuid_count(0xd, 1).eax & 4 == 0 {
         return None;

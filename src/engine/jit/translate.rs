@@ -349,7 +349,7 @@ impl Point<'_, '_> {
 }
 
 /// The registers of this range that are outputs, ascending, each with the output's place.
-fn register_outputs(lowered: &Lowered, range: &Range<usize>) -> Vec<(usize, usize)> {
+pub(super) fn register_outputs(lowered: &Lowered, range: &Range<usize>) -> Vec<(usize, usize)> {
     let outputs = lowered.outputs.iter().enumerate();
     let mut found: Vec<(usize, usize)> = outputs
         .filter_map(|(output, &operand)| match operand {

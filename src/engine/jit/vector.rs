@@ -1,12 +1,12 @@
-//! Machine code for many points: loops over vectors of 128 bits, two f64 or four f32.
+//! Machine code for many points: loops over vectors of 128 bits by Cranelift ([`super::translate`]),
+//! or of 256 or 512 bits on x86-64 ([`super::wide`]).
 //!
-//! A kernel runs in stages (see [`super::stages`]) over blocks of 64 points: chunks of code by the
-//! loops that [`super::translate`] makes, and groups of functions by the block tier's kernels for
-//! the widest instruction set there is. A kernel that is one chunk runs over all points at once.
-//! On f64 the bits are those of the interpreter, on f32 those of the block tier.
+//! A kernel runs in stages (see [`super::stages`]) over blocks of 64 points: chunks of code, and
+//! groups of functions by the block tier's kernels. A kernel that is one chunk runs over all points at once. On f64 the bits are those of the
+//! interpreter, on f32 those of the block tier.
 //!
-//! Compiling costs about as much as for single points: on a busy machine 12 to 20 ms per 1,000
-//! steps.
+//! Compiling by Cranelift costs about as much as for single points: on a busy machine 12 to 20 ms
+//! per 1,000 steps. Wide code costs about a hundredth.
 
 mod functions;
 
@@ -15,7 +15,7 @@ use super::emit::Lanes;
 use super::memory::FreeingModule;
 use super::stages::{self, Stage, Stages};
 use super::translate::Source;
-use super::{Refusal, check_size};
+use super::{Refusal, check_size, wide};
 use crate::engine::block::{self, Kernels, LANES};
 use crate::engine::lower::{Lowered, Operand};
 use crate::engine::tape::Tape;
@@ -23,8 +23,11 @@ use functions::{Filled, functions};
 
 /// A number of which machine code computes several at a time.
 pub(in crate::engine) trait Vectorised: block::Float {
-    /// How many, as the code knows it.
+    /// How many, in Cranelift's code.
     const VECTOR: VectorLanes;
+
+    /// Whether it is f64.
+    const IS_F64: bool;
 
     /// A constant of the steps in this type, rounded to nearest.
     fn rounded(number: f64) -> Self;
@@ -35,6 +38,7 @@ pub(in crate::engine) struct VectorLanes(Lanes);
 
 impl Vectorised for f64 {
     const VECTOR: VectorLanes = VectorLanes(Lanes::Two);
+    const IS_F64: bool = true;
 
     fn rounded(number: f64) -> f64 {
         number
@@ -43,6 +47,7 @@ impl Vectorised for f64 {
 
 impl Vectorised for f32 {
     const VECTOR: VectorLanes = VectorLanes(Lanes::Four);
+    const IS_F64: bool = false;
 
     fn rounded(number: f64) -> f32 {
         number as f32
@@ -70,7 +75,13 @@ enum Part<T> {
 /// The machine code of one kernel for many points. Without state, like [`super::MachineCode`].
 pub(in crate::engine) struct VectorCode<T> {
     parts: Vec<Part<T>>,
-    /// The constants, each as often as a vector has lanes.
+    /// Those of the functions between its parts.
+    kernels: Kernels,
+    /// The lanes of its vectors.
+    lanes: usize,
+    /// How often each uniform stands in the table of uniforms: once or for every lane.
+    copies: usize,
+    /// The constants, each for every lane; wide code has its own.
     constants: Vec<T>,
     /// Slots that are filled with a number that is the same for all points.
     filled: Vec<(u32, Operand)>,
@@ -83,31 +94,47 @@ pub(in crate::engine) struct VectorCode<T> {
     _module: FreeingModule,
 }
 
-/// Measured with 100 spheres (1,015 steps) in f32: chunks of 32 and 64 steps take 53 ns a point,
-/// of 128 steps 62; with a picture of 6,345 steps all three are level.
+/// Of Cranelift's code. Measured with 100 spheres (1,015 steps) in f32: chunks of 32 and 64 steps
+/// take 53 ns a point, of 128 steps 62; with a picture of 6,345 steps all three are level.
 const LENGTHS: Lengths = Lengths {
     whole: 256,
     chunk: 64,
 };
 
+/// Of wide code.
+const WIDE_LENGTHS: Lengths = Lengths {
+    whole: 4096,
+    chunk: 2048,
+};
+
 /// The most memory for slots, in bytes.
 const LARGEST_MEMORY: usize = 1 << 28;
 
-/// Compiles a kernel for many points.
+/// Whether code for these kernels is made in a moment, of vectors wider than 128 bits.
+pub(in crate::engine) fn are_wide(kernels: Kernels) -> bool {
+    wide::vectors(kernels, true).is_some()
+}
+
+/// Compiles a kernel for many points, in vectors of these kernels' width or a narrower one.
 pub(in crate::engine) fn compile<T: Vectorised>(
     lowered: &Lowered,
+    kernels: Kernels,
 ) -> Result<VectorCode<T>, Refusal> {
-    compile_with(lowered, LENGTHS)
+    let lengths = match wide::vectors(kernels, T::IS_F64) {
+        Some(_) => WIDE_LENGTHS,
+        None => LENGTHS,
+    };
+    compile_with(lowered, kernels, lengths)
 }
 
 /// Compiles a kernel in functions of these lengths.
-pub(super) fn compile_with<T: Vectorised>(
+fn compile_with<T: Vectorised>(
     lowered: &Lowered,
+    kernels: Kernels,
     lengths: Lengths,
 ) -> Result<VectorCode<T>, Refusal> {
     let target = super::target().ok_or(Refusal::Processor)?;
     check_size(lowered)?;
-    let lanes = T::VECTOR.0;
     let Stages {
         lowered,
         mut plan,
@@ -126,18 +153,24 @@ pub(super) fn compile_with<T: Vectorised>(
     }
     let mut owner = FreeingModule::new(super::builder(target.clone()));
     let module = owner.module().ok_or(Refusal::Processor)?;
-    let source = Source {
-        lowered: &lowered,
-        plan: &plan,
-        lanes,
-    };
     let code = (0..stages.len()).filter(|&stage| stages[stage] == Stage::Code);
-    let code = super::define(module, source, code)?;
+    let vectors = wide::vectors(kernels, T::IS_F64);
+    let code = match vectors {
+        Some(vectors) => wide::define(module, &lowered, &mut plan, vectors, code)?,
+        None => {
+            let source = Source {
+                lowered: &lowered,
+                plan: &plan,
+                lanes: T::VECTOR.0,
+            };
+            super::define(module, source, code)?
+        }
+    };
     module.finalize_definitions()?;
     let mut code = code.into_iter().map(|function| {
         let address = module.get_finalized_function(function);
-        // SAFETY: the address is that of a finished function, which `translate` gave exactly this
-        // signature and the calling convention of `extern "C"`.
+        // SAFETY: the address is that of a finished function, which `translate` or `wide` gave
+        // exactly this signature and the calling convention of `extern "C"`.
         Part::Code(unsafe { std::mem::transmute::<*const u8, VectorFunction<T>>(address) })
     });
     let mut tapes = tapes.into_iter().map(Part::Functions);
@@ -146,12 +179,25 @@ pub(super) fn compile_with<T: Vectorised>(
         Stage::Functions => tapes.next(),
     });
     let parts = parts.collect();
-    let constants = constants
-        .iter()
-        .flat_map(|&number| std::iter::repeat_n(T::rounded(number), per_vector::<T>()));
+    let (lanes, copies, constants) = match vectors {
+        Some(vectors) => (
+            vectors.bytes() / size_of::<T>(),
+            vectors.copies(),
+            Vec::new(),
+        ),
+        None => {
+            let lanes = 16 / size_of::<T>();
+            let constants = constants.iter().map(|&number| T::rounded(number));
+            let constants = constants.flat_map(|number| std::iter::repeat_n(number, lanes));
+            (lanes, lanes, constants.collect())
+        }
+    };
     Ok(VectorCode {
         parts,
-        constants: constants.collect(),
+        kernels,
+        lanes,
+        copies,
+        constants,
         filled: filled.list,
         inputs: lowered.dimension,
         uniforms: lowered.uniforms(),
@@ -161,17 +207,12 @@ pub(super) fn compile_with<T: Vectorised>(
     })
 }
 
-/// The lanes of a vector.
-fn per_vector<T>() -> usize {
-    16 / size_of::<T>()
-}
-
 /// What all parts of a run share.
 struct Run<'a, T> {
     points: &'a [&'a [T]],
     inputs: [*const T; 3],
     outputs: &'a [*mut T],
-    /// The uniforms, each as often as a vector has lanes.
+    /// The uniforms, each as often as the code wants it.
     uniforms: *const T,
     kernels: Kernels,
 }
@@ -200,11 +241,11 @@ impl<T: Vectorised> VectorCode<T> {
             return false;
         }
         let step = match self.parts.len() {
-            1 => per_vector::<T>(),
+            1 => self.lanes,
             _ => LANES,
         };
         let whole = count / step * step;
-        let table = (uniforms.len() * per_vector::<T>()).div_ceil(LANES);
+        let table = (uniforms.len() * self.copies).div_ceil(LANES);
         let columns = match count - whole {
             0 => 0,
             _ => self.inputs + self.outputs,
@@ -226,7 +267,7 @@ impl<T: Vectorised> VectorCode<T> {
 
     /// Puts what is the same for all points where code and functions look for it.
     fn fill(&self, table: &mut [T::Block], slots: &mut [T::Block], uniforms: &[T]) {
-        let lanes = table.as_flattened_mut().chunks_exact_mut(per_vector::<T>());
+        let lanes = table.as_flattened_mut().chunks_exact_mut(self.copies);
         for (vector, &uniform) in lanes.zip(uniforms) {
             vector.fill(uniform);
         }
@@ -268,7 +309,7 @@ impl<T: Vectorised> VectorCode<T> {
             inputs: pointers_to(points),
             outputs: pointers,
             uniforms,
-            kernels: Kernels::widest(),
+            kernels: self.kernels,
         };
         let block = match self.parts.len() {
             1 => whole,
@@ -308,9 +349,9 @@ impl<T: Vectorised> VectorCode<T> {
             inputs: pointers_to(&padded),
             outputs: &pointers,
             uniforms,
-            kernels: Kernels::widest(),
+            kernels: self.kernels,
         };
-        let end = rest.next_multiple_of(per_vector::<T>());
+        let end = rest.next_multiple_of(self.lanes);
         // SAFETY: every column is a block, which the end does not exceed; the uniforms' table has
         // a vector for each.
         unsafe { self.execute(&run, 0, end, slots) };

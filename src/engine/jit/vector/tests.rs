@@ -85,10 +85,30 @@ fn check<T: Tested>(
     lowered: &Lowered,
     lengths: Lengths,
     points: &[Vec<f64>; 3],
+    counts: impl IntoIterator<Item = usize> + Clone,
+    what: &str,
+) {
+    for kernels in possible() {
+        let what = format!("{what}, {kernels:?}");
+        let code: VectorCode<T> = compile_with(lowered, kernels, lengths).unwrap();
+        check_code(&code, lowered, points, counts.clone(), &what);
+    }
+}
+
+/// The kernels that this processor can execute.
+fn possible() -> impl Iterator<Item = Kernels> {
+    let is_possible = |kernels: &Kernels| kernels.or_narrower() == *kernels;
+    Kernels::ALL.into_iter().filter(is_possible)
+}
+
+/// The same for code of one width.
+fn check_code<T: Tested>(
+    code: &VectorCode<T>,
+    lowered: &Lowered,
+    points: &[Vec<f64>; 3],
     counts: impl IntoIterator<Item = usize>,
     what: &str,
 ) {
-    let code: VectorCode<T> = compile_with(lowered, lengths).unwrap();
     let uniforms = interpret::uniforms(lowered, &[0.7, -1.3, 2.5][..lowered.parameters]);
     let points = points.each_ref().map(|column| {
         let column: Vec<T> = column.iter().map(|&number| T::rounded(number)).collect();
@@ -96,7 +116,7 @@ fn check<T: Tested>(
     });
     let expected = T::expected(lowered, &points, &uniforms);
     for count in counts {
-        let found = run(&code, count, &points, &uniforms);
+        let found = run(code, count, &points, &uniforms);
         for (output, (found, expected)) in found.iter().zip(&expected).enumerate() {
             for index in 0..count {
                 let (found, expected) = (found[index], expected[index]);
@@ -137,7 +157,7 @@ fn random_expressions_have_the_same_bits() {
         let lowered = outputs(seed);
         let points = points(&mut Random(seed), 40, 91);
         let what = format!("expression {seed}");
-        for lengths in [LENGTHS, SHORT] {
+        for lengths in [WIDE_LENGTHS, SHORT] {
             check::<f64>(&lowered, lengths, &points, [131], &what);
             check::<f32>(&lowered, lengths, &points, [131], &what);
         }
@@ -179,7 +199,7 @@ fn batches_of_any_length_give_the_same() {
         let lowered = lower::lower(&example.graph, &[example.root], 3, parameters.min(3));
         let points = points(&mut Random(7), 200, 0);
         let counts = || (0..=70).chain([127, 128, 130, 200]);
-        for lengths in [LENGTHS, SHORT] {
+        for lengths in [WIDE_LENGTHS, SHORT] {
             check::<f64>(&lowered, lengths, &points, counts(), example.name);
             check::<f32>(&lowered, lengths, &points, counts(), example.name);
         }
@@ -189,21 +209,31 @@ fn batches_of_any_length_give_the_same() {
 /// A long kernel whose values and functions depend on each other across many chunks.
 #[test]
 fn long_kernels_give_the_same() {
-    let mut graph = Graph::new();
-    let random = &mut Random(3);
-    let mut nodes: Vec<NodeId> = (0..3).map(|axis| graph.coordinate(axis)).collect();
     let ops = [
         Op::Add,
         Op::Multiply,
         Op::Min,
         Op::Subtract,
         Op::Max,
+        Op::Select,
+        Op::LessEqual,
+        Op::ChainProduct,
         Op::Hypot,
         Op::Sin,
     ];
-    for _ in 0..3_000 {
-        let op = random.choose(&ops);
-        let operands: [NodeId; 2] = std::array::from_fn(|_| {
+    // Hundreds of values are alive at a time; without functions in one piece, too.
+    for (count, ops) in [(3_000, &ops[..]), (3_000, &ops[..8]), (9_000, &ops[..8])] {
+        long_kernel_gives_the_same(count, ops);
+    }
+}
+
+fn long_kernel_gives_the_same(count: usize, ops: &[Op]) {
+    let mut graph = Graph::new();
+    let random = &mut Random(3);
+    let mut nodes: Vec<NodeId> = (0..3).map(|axis| graph.coordinate(axis)).collect();
+    for _ in 0..count {
+        let op = random.choose(ops);
+        let operands: [NodeId; 3] = std::array::from_fn(|_| {
             let recent = nodes.len().min(300);
             nodes[nodes.len() - 1 - random.below(recent)]
         });
@@ -212,8 +242,10 @@ fn long_kernels_give_the_same() {
     let roots = &nodes[nodes.len() - 20..];
     let lowered = lower::lower(&graph, roots, 3, 0);
     let points = points(random, 100, 10);
-    check::<f64>(&lowered, LENGTHS, &points, [110], "long, f64");
-    check::<f32>(&lowered, LENGTHS, &points, [110], "long, f32");
+    for lengths in [LENGTHS, WIDE_LENGTHS] {
+        check::<f64>(&lowered, lengths, &points, [110], "long, f64");
+        check::<f32>(&lowered, lengths, &points, [110], "long, f32");
+    }
 }
 
 #[test]
@@ -244,7 +276,7 @@ fn functions_that_do_not_depend_on_each_other_stand_together() {
 #[test]
 fn wrong_lengths_are_refused() {
     let lowered = outputs(1);
-    let code: VectorCode<f32> = compile(&lowered).unwrap();
+    let code: VectorCode<f32> = compile(&lowered, Kernels::widest()).unwrap();
     let uniforms = vec![0.5; code.uniforms];
     let (x, short) = ([0.0; 4], [0.0; 3]);
     let mut outputs = vec![vec![0.0; 4]; lowered.outputs.len()];
