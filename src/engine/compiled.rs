@@ -85,8 +85,8 @@ impl CompiledField {
         }
     }
 
-    /// The first derivatives of F along the axes, as fields of their own at the same q. They run in
-    /// blocks, so that nothing is compiled.
+    /// The first derivatives of F along the axes, as fields of their own at the same q, compiled in no
+    /// time: see [`Program::derived`].
     pub fn derivatives(&self) -> Vec<CompiledField> {
         let dimension = self.program.dimension();
         let along = |axis: usize| {
@@ -107,8 +107,7 @@ impl CompiledField {
         (0..dimension).map(along).collect()
     }
 
-    /// F less a number: where it is 0, F is that number. It runs in blocks, so that nothing is
-    /// compiled.
+    /// F less a number: where it is 0, F is that number. See [`Program::derived`].
     pub fn minus(&self, number: f64) -> CompiledField {
         let dimension = self.program.dimension();
         let program = self.program.derived(dimension, |graph, roots, _| {

@@ -85,8 +85,8 @@ impl Program {
     /// Another program over these functions: `make` gets the graph with the roots, and the place
     /// at which further parameters begin, and gives the new roots, functions of `dimension`
     /// coordinates. The result's parameters are places of this program's q, then of the further
-    /// ones. It runs in blocks, so that nothing is compiled: what it serves, a picture, is made
-    /// once.
+    /// ones. What it serves, a picture, is made once, so it runs in vectors if these are compiled
+    /// in a moment, else in blocks.
     pub fn derived(
         &self,
         dimension: usize,
@@ -95,7 +95,7 @@ impl Program {
         let mut graph = self.graph.clone();
         let roots = make(&mut graph, &self.roots, self.parameters.len());
         let tier = match self.tier {
-            Tier::Automatic | Tier::MachineCode => Tier::Block(Kernels::widest()),
+            Tier::Automatic | Tier::MachineCode => Tier::quick(),
             chosen => chosen,
         };
         Program::with_tier(&graph, &roots, dimension, tier)

@@ -1,6 +1,7 @@
 //! The tiers: what can execute a kernel, and their names.
 
 use super::Kernels;
+use super::jit::vector;
 
 /// What executes kernels. All give the same bits; they differ in what they cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +40,15 @@ impl Tier {
     pub fn named(name: &str) -> Option<Tier> {
         let mut all = Tier::ALL.into_iter();
         all.find(|(other, _)| *other == name).map(|(_, tier)| tier)
+    }
+
+    /// What evaluates many points without an interruption by compiling.
+    pub(super) fn quick() -> Tier {
+        let kernels = Kernels::widest();
+        match vector::are_wide(kernels) {
+            true => Tier::Vector(kernels),
+            false => Tier::Block(kernels),
+        }
     }
 
     /// The kernels for work that is always done in blocks.

@@ -4,6 +4,10 @@
 //! Functions", 1980, chapter 6: ln 2 in two parts, n·(high part) subtracted exactly, here by a
 //! fused multiply-add), eʳ = 1 + r + r²·Q(r), and 2ⁿ in two factors, so that overflow and
 //! gradual underflow come out by themselves.
+//!
+//! In f64 the sum is taken in parts, as enclosures rely on little more than half a unit in the
+//! last place. In f32 it is a polynomial of one fused operation a coefficient: a third fewer
+//! operations, and 0.91 units at most.
 
 use super::double::{Double, ordered_sum};
 use super::float::Float;
@@ -24,6 +28,9 @@ pub trait Exponential: Float {
 
     /// Q(r) = (eʳ − 1 − r) / r² on |r| ≤ ln 2 / 2.
     fn exponential_tail(r: Self) -> Self;
+
+    /// eʳ for r = x − n·ln 2, as accurate as [`exp`] is.
+    fn exponential_of_remainder(n: Self, x: Self) -> Self;
 }
 
 impl Exponential for f64 {
@@ -52,6 +59,11 @@ impl Exponential for f64 {
             ],
         )
     }
+
+    #[inline(always)]
+    fn exponential_of_remainder(n: f64, x: f64) -> f64 {
+        of_sum(n, x, -0.0)
+    }
 }
 
 impl Exponential for f32 {
@@ -69,28 +81,54 @@ impl Exponential for f32 {
             [0.49999994, 0.16666521, 0.04166839, 0.00836871, 0.0013814595],
         )
     }
+
+    #[inline(always)]
+    fn exponential_of_remainder(n: f32, x: f32) -> f32 {
+        let r = (-n).mul_add(Self::LN2_LOW, (-n).mul_add(Self::LN2, x));
+        let slope = Self::exponential_tail(r).mul_add(r, 1.0);
+        slope.mul_add(r, 1.0)
+    }
 }
 
 /// eˣ for every x.
 #[inline(always)]
 pub(super) fn exp<T: Exponential>(x: T) -> T {
-    exp_of_sum(x, -T::ZERO)
+    let (n, x) = reduced(x);
+    scaled(T::exponential_of_remainder(n, x), n)
 }
 
 /// e^(x + low) for every x, where |low| is at most some ulp of x.
 #[inline(always)]
 pub(super) fn exp_of_sum<T: Exponential>(x: T, low: T) -> T {
+    let (n, x) = reduced(x);
+    scaled(of_sum(n, x, low), n)
+}
+
+/// The integer nearest to x / ln 2, and x within the limits between which eˣ varies.
+#[inline(always)]
+fn reduced<T: Exponential>(x: T) -> (T, T) {
     // Comparisons in this direction let NaN pass.
     let x = if x > T::CEILING { T::CEILING } else { x };
     let x = if x < T::FLOOR { T::FLOOR } else { x };
-    let n = x.mul_add(T::LOG2_E, T::ROUNDER) - T::ROUNDER;
+    (x.mul_add(T::LOG2_E, T::ROUNDER) - T::ROUNDER, x)
+}
+
+/// eʳ for r = x + low − n·ln 2, with little more than half a unit in the last place.
+#[inline(always)]
+fn of_sum<T: Exponential>(n: T, x: T, low: T) -> T {
     let r = remainder(n, x, low);
     let sum = ordered_sum(T::ONE, r.high);
     // e^(r + r.low) is eʳ + r.low·eʳ, with 1 + r for the last factor.
     let tail = (r.high * r.high).mul_add(T::exponential_tail(r.high), r.low * sum.high);
+    sum.high + (sum.low + tail)
+}
+
+/// 2ⁿ·power.
+#[inline(always)]
+fn scaled<T: Exponential>(power: T, n: T) -> T {
     let half = n.mul_add(T::HALF, T::BIASED_ROUNDER);
     let other_half = n - (half - T::BIASED_ROUNDER) + T::BIASED_ROUNDER;
-    (sum.high + (sum.low + tail)) * half.power_of_two() * other_half.power_of_two()
+    power * half.power_of_two() * other_half.power_of_two()
 }
 
 /// x + low − n·ln 2, where n is the integer nearest to x / ln 2. The first difference is exact by

@@ -3,7 +3,7 @@
 use super::Cell;
 use super::walk::Pruned;
 use crate::engine::block::{self, Kernels};
-use crate::engine::prune::{Nest, Scalars, Sequence};
+use crate::engine::prune::{Nest, Scalars, Sequence, Trunk};
 use crate::engine::{CompiledField, Field};
 
 /// A field for points of one cell: values and gradients have the bits of the whole field's, and
@@ -22,6 +22,12 @@ pub struct Specialized<'a> {
     pub(super) pruned: Pruned<'a>,
     /// What prunes the gradient, once that has been asked for.
     pub(super) nest: &'a mut Option<Box<Nest>>,
+}
+
+/// Whether pruned sequences compute a function at so many points. Without choices they are as long
+/// as the whole, which for blocks of points may have machine code.
+fn is_pruned(trunk: &Trunk, count: usize) -> bool {
+    trunk.sequence().has_choices || count < block::LANES
 }
 
 impl Specialized<'_> {
@@ -51,7 +57,7 @@ impl Specialized<'_> {
         let Some((points, count)) = self.columns(points, values.len()) else {
             return;
         };
-        let done = self.sequence.is_some_and(|sequence| {
+        let done = self.pruned_values(count).is_some_and(|sequence| {
             block::run(
                 &sequence.tape,
                 self.kernels,
@@ -73,18 +79,20 @@ impl Specialized<'_> {
         let Some((points, count)) = self.columns(points, values.len()) else {
             return;
         };
-        let done = self.sequence.is_some_and(|sequence| {
-            block::run(
+        let values = &mut values[..count];
+        let done = match self.pruned_values(count) {
+            Some(sequence) => block::run(
                 &sequence.tape,
                 self.kernels,
                 count,
                 points,
                 &self.scalars.single,
-                &mut [&mut values[..count]],
-            )
-        });
+                &mut [values],
+            ),
+            None => self.field.values_f32(points, values),
+        };
         if !done {
-            self.values_of_rounded(points, &mut values[..count]);
+            self.values_of_rounded(points, values);
         }
     }
 
@@ -117,7 +125,8 @@ impl Specialized<'_> {
             return;
         };
         let kernels = self.kernels;
-        let pruned = match gradients.len() >= dimension {
+        let trunk = self.field.program().gradient_trunk();
+        let pruned = match gradients.len() >= dimension && is_pruned(trunk, count) {
             true => self.pruned_gradients(),
             false => None,
         };
@@ -184,6 +193,12 @@ impl Specialized<'_> {
         });
         let decisions = |region: &_| self.pruned.decisions(region);
         Some(nest.within(trunk, self.pruned.path, decisions))
+    }
+
+    /// What computes F at so many points, if that is not the whole field.
+    fn pruned_values(&self, count: usize) -> Option<&Sequence> {
+        let trunk = self.field.program().value_trunk();
+        self.sequence.filter(|_| is_pruned(trunk, count))
     }
 
     /// The columns that the field needs, if all are there, and how many points they have.

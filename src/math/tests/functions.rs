@@ -88,7 +88,7 @@ const QUARTER_TURNS: &[f64] = &[
 const ROOTS: &[f64] = &[1.0, SQRT_2, FRAC_1_SQRT_2, 2.0, 1e-3];
 
 pub(super) const UNARY: &[Unary] = &[
-    unary!(exp, (-20.0, 5.0), (-746.0, 710.0), LN2_HALVES, (0.77, 0.78)),
+    unary!(exp, (-20.0, 5.0), (-746.0, 710.0), LN2_HALVES, (0.77, 0.92)),
     unary!(log, (1e-6, 50.0), (0.0, 1e6), ROOTS, (0.68, 0.68)),
     unary!(
         sin,
