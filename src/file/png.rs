@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use ::png::{BitDepth, ColorType, Encoder, EncodingError, SrgbRenderingIntent};
+use ::png::{BitDepth, ColorType, Compression, Encoder, EncodingError, SrgbRenderingIntent};
 
 use crate::geometry::{Animation, Image};
 
@@ -67,6 +67,8 @@ fn encoder<'a>(
     };
     let mut encoder = Encoder::new(output, width, height);
     encoder.set_depth(BitDepth::Eight);
+    // A picture of 1024² takes 10 ms instead of 110, in a file that is a third larger.
+    encoder.set_compression(Compression::Fast);
     encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
     encoder.set_color(match is_opaque {
         true => ColorType::Rgb,
