@@ -328,6 +328,9 @@ fn a_tier_is_chosen_by_the_size_of_a_batch() {
     for (name, tier) in Tier::ALL {
         assert_eq!(Tier::named(name), Some(tier));
     }
+    assert_eq!(Tier::named("vector"), Some(Tier::Vector(Kernels::Avx512)));
+    assert_eq!(Tier::named("block"), Some(Tier::Block(Kernels::Avx512)));
+    assert_eq!(Tier::named("avx512"), None);
 }
 
 #[test]

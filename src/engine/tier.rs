@@ -36,10 +36,17 @@ impl Tier {
         ("interpreter", Tier::Interpreter),
     ];
 
-    /// The tier of this name.
+    /// The tier of this name. `vector` and `block` alone are the widest that there are.
     pub fn named(name: &str) -> Option<Tier> {
+        let is_meant =
+            |&(other, _): &(&'static str, Tier)| other == name || Tier::short(other) == Some(name);
         let mut all = Tier::ALL.into_iter();
-        all.find(|(other, _)| *other == name).map(|(_, tier)| tier)
+        all.find(is_meant).map(|(_, tier)| tier)
+    }
+
+    /// The shorter name, if there is one.
+    pub fn short(name: &'static str) -> Option<&'static str> {
+        name.strip_suffix("-avx512")
     }
 
     /// What evaluates many points without an interruption by compiling.

@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum, value_parser};
 
 use crate::engine::Tier;
@@ -583,7 +583,8 @@ fn perspective(text: &str) -> Result<f64, String> {
 }
 
 fn tier() -> impl TypedValueParser<Value = Tier> {
-    PossibleValuesParser::new(Tier::ALL.map(|(name, _)| name))
+    let value = |(name, _)| PossibleValue::new(name).aliases(Tier::short(name));
+    PossibleValuesParser::new(Tier::ALL.map(value))
         .map(|name| Tier::named(&name).unwrap_or_default())
 }
 

@@ -98,6 +98,22 @@ pub(super) fn load(blocks: &mut [BoundsBlock], sides: &[&[Interval]]) {
 /// Copies the enclosures in the first lanes of a block.
 #[inline(always)]
 pub(super) fn store(enclosures: &mut [Enclosure], block: &BoundsBlock) {
+    let ends = block.low.iter().zip(&block.high);
+    let is_tame = |&regularity: &f64| regularity == CONTINUOUS;
+    if block
+        .regularity
+        .iter()
+        .fold(true, |all, r| all & is_tame(r))
+    {
+        // Nearly always: there is nothing to decide for each.
+        for (enclosure, (&low, &high)) in enclosures.iter_mut().zip(ends) {
+            *enclosure = Enclosure {
+                range: Interval { low, high },
+                regularity: Regularity::Continuous,
+            };
+        }
+        return;
+    }
     for (lane, enclosure) in enclosures.iter_mut().take(LANES).enumerate() {
         *enclosure = block.lane(lane).into();
     }

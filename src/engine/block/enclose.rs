@@ -5,7 +5,7 @@
 //! takes the table's interval rules or, if there are many such, machine code
 //! ([`crate::engine::jit::bounds`]), which has the same bits: tighter ones than blocks.
 
-use super::bounds::{Bounds, BoundsBlock, NOTHING};
+use super::bounds::{Bounds, BoundsBlock};
 use super::choices::Pass;
 use super::number::{LANES, Number, lend};
 use super::{LARGEST_MEMORY, dispatch};
@@ -196,8 +196,10 @@ impl Enclosures {
         outputs: &mut [&mut [Enclosure]],
     ) {
         let kernels = tier.kernels();
-        let mut boxes = [NOTHING; 3];
-        Bounds::with_memory(self.tape.registers + outputs.len(), |memory| {
+        Bounds::with_memory(3 + self.tape.registers + outputs.len(), |memory| {
+            let Some((boxes, memory)) = memory.split_first_chunk_mut::<3>() else {
+                return;
+            };
             let (registers, found) = memory.split_at_mut(self.tape.registers);
             for start in (0..count).step_by(LANES) {
                 let range = start..count.min(start + LANES);
@@ -205,10 +207,10 @@ impl Enclosures {
                 for (part, column) in columns.iter_mut().zip(sides) {
                     *part = &column[range.clone()];
                 }
-                dispatch::load(kernels, &mut boxes, &columns[..sides.len()]);
+                dispatch::load(kernels, boxes, &columns[..sides.len()]);
                 let mut pass = Pass {
                     tape: &self.tape,
-                    boxes: &boxes,
+                    boxes,
                     scalars: &scalars.bounds,
                     registers,
                     outputs: found,
