@@ -1,4 +1,4 @@
-//! The block tier against machine code and the interpreter: torus, 14 Gaussians with 57
+//! The block tier and vectors against machine code and the interpreter: torus, 14 Gaussians with 57
 //! parameters, a solid of 100 spheres and a gyroid, in f64 and f32.
 //!
 //! A table first, whose columns are measured alternately in one run, so that its ratios hold on a
@@ -104,8 +104,7 @@ struct Single {
 }
 
 impl Single {
-    fn new(example: &Example, kernels: Kernels) -> Single {
-        let tier = Tier::Block(kernels);
+    fn new(example: &Example, tier: Tier) -> Single {
         Single {
             program: Program::with_tier(&example.graph, &[example.root], 3, tier),
             q: example.q.clone(),
@@ -148,21 +147,26 @@ fn medians(work: &mut [Box<dyn FnMut() + '_>]) -> Vec<f64> {
 fn compare(_: &mut Criterion) {
     println!(
         "\nMillion points a second, one thread, batches of {BATCH}; f32 is of F alone.\n\
-         field    what         interpreter  machine code |  baseline    AVX2  AVX-512 (f64) |  \
-         baseline    AVX2  AVX-512 (f32) | AVX-512/machine code"
+         field    what         interpreter  machine code |  baseline    AVX2 AVX-512 (blocks) | \
+         baseline    AVX2 AVX-512 (vectors) |  baseline    AVX2 AVX-512 (blocks, f32) | \
+         baseline    AVX2 AVX-512 (vectors, f32) |"
     );
     for example in examples() {
         for (function, name) in FUNCTIONS.iter().enumerate() {
             let tiers = [Tier::Interpreter, Tier::MachineCode];
-            let tiers = tiers.into_iter().chain(Kernels::ALL.map(Tier::Block));
+            let wide = [
+                Kernels::ALL.map(Tier::Block),
+                Kernels::ALL.map(Tier::Vector),
+            ];
+            let tiers = tiers.into_iter().chain(wide.into_iter().flatten());
             let mut work: Vec<Box<dyn FnMut()>> = Vec::new();
             for tier in tiers {
                 let mut subject = Subject::new(&example, tier);
                 work.push(Box::new(move || subject.evaluate(function)));
             }
             if function == 0 {
-                for kernels in Kernels::ALL {
-                    let mut single = Single::new(&example, kernels);
+                for tier in wide.into_iter().flatten() {
+                    let mut single = Single::new(&example, tier);
                     work.push(Box::new(move || single.evaluate()));
                 }
             }
@@ -174,9 +178,9 @@ fn compare(_: &mut Criterion) {
                 example.name, speeds[0], speeds[1]
             );
             for group in speeds[2..].chunks(3) {
-                print!("{:9.2} {:7.2} {:14.2} | ", group[0], group[1], group[2]);
+                print!("{:9.2} {:7.2} {:16.2} | ", group[0], group[1], group[2]);
             }
-            println!("{:.2}", speeds[4] / speeds[1]);
+            println!();
         }
     }
 }
@@ -227,7 +231,7 @@ fn evaluate(criterion: &mut Criterion) {
             let mut subject = Subject::new(&example, Tier::Block(kernels));
             let id = BenchmarkId::new(format!("{} f64", example.name), format!("{kernels:?}"));
             group.bench_function(id, |bencher| bencher.iter(|| subject.evaluate(0)));
-            let mut single = Single::new(&example, kernels);
+            let mut single = Single::new(&example, Tier::Block(kernels));
             let id = BenchmarkId::new(format!("{} f32", example.name), format!("{kernels:?}"));
             group.bench_function(id, |bencher| bencher.iter(|| single.evaluate()));
         }
