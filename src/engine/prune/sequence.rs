@@ -183,6 +183,10 @@ pub(super) fn encode(
 const NONE: u32 = u32::MAX;
 
 /// Gives registers to sequences; keeps its memory from one to the next.
+///
+/// Nobody can tell which operands are steps and which of those are needed no more, so that is
+/// computed without branches: every list has a place after those of the steps, which all other
+/// operands share.
 #[derive(Default)]
 pub(super) struct Allocator {
     /// The last step that needs each step's result.
@@ -201,46 +205,53 @@ impl Allocator {
             tape,
             has_choices,
         } = sequence;
+        let count = steps.len();
         self.find_last_uses(steps, outputs);
-        self.registers.clear();
-        self.free.clear();
-        tape.instructions.clear();
-        tape.copies.clear();
-        tape.instructions.reserve(steps.len());
-        self.registers.reserve(steps.len());
-        tape.registers = 0;
+        self.registers.resize(count + 1, 0);
+        self.free.resize(count + 1, 0);
+        let last_use = &self.last_use[..count + 1];
+        let registers = &mut self.registers[..count + 1];
+        let free = &mut self.free[..count + 1];
+        let (mut waiting, mut total) = (0_usize, 0);
         *has_choices = false;
         // A single output is written by the last step, which nobody else needs.
-        let last = steps.len().wrapping_sub(1) as u32;
+        let last = count.wrapping_sub(1) as u32;
         let writes = outputs.len() == 1 && outputs.first() == Some(&last);
-        for (index, step) in steps.iter().enumerate() {
-            let index = index as u32;
-            let facts = step.code.facts();
-            *has_choices |= facts.choice.is_some();
-            let out = if writes && index == last {
-                OUTPUT
-            } else {
-                self.free.pop().unwrap_or_else(|| {
-                    tape.registers += 1;
-                    tape.registers as u32 - 1
-                })
-            };
-            self.registers.push(out);
+        tape.instructions.clear();
+        let instructions = steps.iter().zip(0..).map(|(step, index): (&Step, u32)| {
+            *has_choices |= step.code.facts().choice.is_some();
+            let is_output = writes & (index == last);
+            let is_new = waiting == 0;
+            waiting = waiting.saturating_sub(1);
+            let register = if is_new { total } else { free[waiting] };
+            total += u32::from(is_new & !is_output);
+            registers[index as usize] = register;
             let [a, b, c] = step.operands;
-            let [a, b, c] = [self.source(a), self.source(b), self.source(c)];
-            tape.instructions.push(Instruction {
-                code: step.code,
-                out,
-                a,
-                b,
-                c,
-            });
-            // Only now, so that the instruction does not write to a register that it reads.
-            // Operands beyond the arity repeat the first one.
-            for operand in step.operands {
-                self.release(operand, index);
+            let places = step.operands.map(|operand| (operand as usize).min(count));
+            let found = places.map(|place| registers[place]);
+            // Only now, so that the instruction does not write to a register that it reads. An
+            // operand that occurs twice is freed once, and those beyond the arity repeat the first.
+            let is_first = [true, b != a, (c != a) & (c != b)];
+            for operand in 0..3 {
+                free[waiting] = found[operand];
+                let is_last = last_use[places[operand]] == index;
+                waiting += usize::from(is_last & is_first[operand]);
             }
-        }
+            let source = |operand: u32, register: u32| match (operand as usize) < count {
+                true => Source(register),
+                false => Source(operand & !SCALAR),
+            };
+            Instruction {
+                code: step.code,
+                out: if is_output { OUTPUT } else { register },
+                a: source(a, found[0]),
+                b: source(b, found[1]),
+                c: source(c, found[2]),
+            }
+        });
+        tape.instructions.extend(instructions);
+        tape.registers = total as usize;
+        tape.copies.clear();
         for (output, &operand) in outputs.iter().enumerate() {
             let place = match scalar_place(operand) {
                 Some(place) => Place::Scalar(place as u32),
@@ -258,40 +269,18 @@ impl Allocator {
 
     /// For every step the last one that needs its result, or none if it is an output.
     fn find_last_uses(&mut self, steps: &[Step], outputs: &[u32]) {
+        let count = steps.len();
         self.last_use.clear();
-        self.last_use.resize(steps.len(), NONE);
-        for (index, step) in steps.iter().enumerate() {
+        self.last_use.resize(count + 1, NONE);
+        let last_use = &mut self.last_use[..count + 1];
+        for (step, index) in steps.iter().zip(0..) {
             for operand in step.operands {
-                if let Some(last) = self.last_use.get_mut(operand as usize) {
-                    *last = index as u32;
-                }
+                last_use[(operand as usize).min(count)] = index;
             }
         }
         for &output in outputs {
-            if let Some(last) = self.last_use.get_mut(output as usize) {
-                *last = NONE;
-            }
+            last_use[(output as usize).min(count)] = NONE;
         }
-    }
-
-    /// Where an operand is found.
-    #[inline(always)]
-    fn source(&self, operand: u32) -> Source {
-        match self.registers.get(operand as usize) {
-            Some(&register) => Source(register),
-            None => Source(operand & !SCALAR),
-        }
-    }
-
-    /// Frees an operand's register if this step is the last one that needs it.
-    #[inline(always)]
-    fn release(&mut self, operand: u32, step: u32) {
-        if let Some(last) = self.last_use.get_mut(operand as usize)
-            && *last == step
-        {
-            // An operand that occurs twice is freed once.
-            *last = NONE;
-            self.free.push(self.registers[operand as usize]);
-        }
+        last_use[count] = NONE;
     }
 }

@@ -137,7 +137,7 @@ impl Batch {
 /// Makes shorter sequences; keeps its memory from one to the next.
 #[derive(Default)]
 pub(in crate::engine) struct Specialiser {
-    /// The steps that the box needs.
+    /// The steps that the box needs come first.
     list: Vec<u32>,
     /// Where the result of each step of the longer sequence is found in the shorter one.
     places: Vec<u32>,
@@ -157,8 +157,8 @@ impl Specialiser {
         child: &mut Sequence,
     ) -> bool {
         let length = sequence.steps.len();
-        self.collect(&batch.needed[..length], lane);
-        if self.list.len() * WORTHWHILE.1 > length * WORTHWHILE.0 {
+        let count = self.collect(&batch.needed[..length], lane);
+        if count * WORTHWHILE.1 > length * WORTHWHILE.0 {
             return false;
         }
         if self.places.len() < length {
@@ -170,7 +170,7 @@ impl Specialiser {
             scalars,
             dropped: false,
         };
-        for &index in &self.list {
+        for &index in &self.list[..count] {
             let index = index as usize;
             let step = &sequence.steps[index];
             let decision = batch.decisions[index];
@@ -190,20 +190,19 @@ impl Specialiser {
         true
     }
 
-    /// Lists the steps whose bit is set.
-    fn collect(&mut self, needed: &[u64], lane: usize) {
-        // Written without branches, for there is no telling which steps are needed.
+    /// Lists the steps whose bit is set, and returns how many there are.
+    fn collect(&mut self, needed: &[u64], lane: usize) -> usize {
         if self.list.len() < needed.len() {
             self.list.resize(needed.len(), 0);
-        } else {
-            self.list.truncate(needed.len());
         }
+        // Written without branches, for there is no telling which steps are needed.
+        let list = &mut self.list[..needed.len()];
         let mut count = 0;
-        for (index, bits) in needed.iter().enumerate() {
-            self.list[count] = index as u32;
+        for (bits, index) in needed.iter().zip(0..) {
+            list[count] = index;
             count += (bits >> lane & 1) as usize;
         }
-        self.list.truncate(count);
+        count
     }
 
     /// Removes what no output needs.
