@@ -56,6 +56,17 @@ fn without_executable_memory_blocks_serve() {
     assert!(output.status.success(), "{text}");
     assert_eq!(text.matches("W0805").count(), 1, "{text}");
 
+    // Vectors are refused as well, and that is said, too.
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_imp"));
+    command.args(["render", "examples/torus.imp", "torus", "--size", "64x48"]);
+    command.args(["--tier", "vector-baseline", "-o"]);
+    let render = command.arg(folder.path().join("torus.png")).output();
+    let render = render.unwrap();
+    let text = String::from_utf8(render.stderr).unwrap();
+    assert!(render.status.success(), "{text}");
+    assert_eq!(text.matches("W0805").count(), 1, "{text}");
+
     // So does the example of the warning's page.
     let page = imp::diagnostic::Code::NoMachineCode.page();
     let (_, example) = page.split_once("```refused\n").unwrap();

@@ -126,7 +126,11 @@ const LENGTHS: Lengths = Lengths {
 
 /// Compiles enclosures of steps that [`super::super::lower::list`] has made.
 pub(in crate::engine) fn compile(lowered: &Lowered) -> Result<BoxCode, Refusal> {
-    compile_with(lowered, LENGTHS)
+    match CALL_UPWARD {
+        Some(_) => super::remember(compile_with(lowered, LENGTHS)),
+        // Other code can be made for this processor.
+        None => Err(Refusal::Processor),
+    }
 }
 
 /// Compiles them in functions of these lengths.

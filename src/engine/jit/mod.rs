@@ -124,15 +124,20 @@ pub(super) struct MachineCode {
     _module: FreeingModule,
 }
 
-/// Compiles a kernel. Takes 3 to 6 ms per 1,000 steps. Where the machine is the reason that it
-/// cannot, [`refusal`] tells it from then on.
-pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
-    compile_with(lowered, chunk::LENGTHS).inspect_err(|refusal| match refusal {
+/// What was compiled. Where the machine is the reason that it could not be, [`refusal`] tells it
+/// from then on.
+fn remember<T>(compiled: Result<T, Refusal>) -> Result<T, Refusal> {
+    compiled.inspect_err(|refusal| match refusal {
         Refusal::Processor | Refusal::Compiler(_) => {
             REFUSAL.get_or_init(|| refusal.to_string());
         }
         Refusal::TooLarge => {}
     })
+}
+
+/// Compiles a kernel. Takes 3 to 6 ms per 1,000 steps.
+pub(super) fn compile(lowered: &Lowered) -> Result<MachineCode, Refusal> {
+    remember(compile_with(lowered, chunk::LENGTHS))
 }
 
 /// Compiles a kernel in functions of these lengths.

@@ -124,7 +124,7 @@ pub(in crate::engine) fn compile<T: Vectorised>(
         Some(_) => WIDE_LENGTHS,
         None => LENGTHS,
     };
-    compile_with(lowered, kernels, lengths)
+    super::remember(compile_with(lowered, kernels, lengths))
 }
 
 /// Compiles a kernel in functions of these lengths.
