@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use imp::engine::{Kernels, Tier};
+use imp::engine::Tier;
 
 /// What is measured and how.
 pub struct Options {
@@ -35,7 +35,7 @@ impl Options {
                 _ => Err(format!("`{word}` takes numbers above 0, not `{text}`")),
             };
             match &word[..] {
-                "--kernels" => options.tier = Tier::Block(kernels(&value)?),
+                "--tier" => options.tier = tier(&value)?,
                 "--threads" => {
                     options.threads = value.split(',').map(number).collect::<Result<_, _>>()?;
                 }
@@ -49,14 +49,9 @@ impl Options {
     }
 }
 
-fn kernels(name: &str) -> Result<Kernels, String> {
-    match name {
-        "avx512" => Ok(Kernels::Avx512),
-        "avx2" => Ok(Kernels::Avx2),
-        "baseline" => Ok(Kernels::Baseline),
-        "widest" => Ok(Kernels::widest()),
-        _ => Err(format!(
-            "`--kernels` takes avx512, avx2, baseline or widest, not `{name}`"
-        )),
-    }
+fn tier(name: &str) -> Result<Tier, String> {
+    Tier::named(name).ok_or_else(|| {
+        let names: Vec<&str> = Tier::ALL.iter().map(|(name, _)| *name).collect();
+        format!("`--tier` takes {}, not `{name}`", names.join(", "))
+    })
 }
