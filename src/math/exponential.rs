@@ -93,24 +93,26 @@ impl Exponential for f32 {
 /// eˣ for every x.
 #[inline(always)]
 pub(super) fn exp<T: Exponential>(x: T) -> T {
-    let (n, x) = reduced(x);
-    scaled(T::exponential_of_remainder(n, x), n)
+    let (x, n, sum) = reduced(x);
+    scaled(T::exponential_of_remainder(n, x), n, sum)
 }
 
 /// e^(x + low) for every x, where |low| is at most some ulp of x.
 #[inline(always)]
 pub(super) fn exp_of_sum<T: Exponential>(x: T, low: T) -> T {
-    let (n, x) = reduced(x);
-    scaled(of_sum(n, x, low), n)
+    let (x, n, sum) = reduced(x);
+    scaled(of_sum(n, x, low), n, sum)
 }
 
-/// The integer nearest to x / ln 2, and x within the limits between which eˣ varies.
+/// x within the limits between which eˣ varies, n, the integer nearest to x / ln 2, and the sum in
+/// whose low bits n stands, with twice the exponent bias.
 #[inline(always)]
-fn reduced<T: Exponential>(x: T) -> (T, T) {
+fn reduced<T: Exponential>(x: T) -> (T, T, T) {
     // Comparisons in this direction let NaN pass.
     let x = if x > T::CEILING { T::CEILING } else { x };
     let x = if x < T::FLOOR { T::FLOOR } else { x };
-    (x.mul_add(T::LOG2_E, T::ROUNDER) - T::ROUNDER, x)
+    let sum = x.mul_add(T::LOG2_E, T::TWICE_BIASED_ROUNDER);
+    (x, sum - T::TWICE_BIASED_ROUNDER, sum)
 }
 
 /// eʳ for r = x + low − n·ln 2, with little more than half a unit in the last place.
@@ -123,12 +125,11 @@ fn of_sum<T: Exponential>(n: T, x: T, low: T) -> T {
     sum.high + (sum.low + tail)
 }
 
-/// 2ⁿ·power.
+/// 2ⁿ·power, where n stands in the sum.
 #[inline(always)]
-fn scaled<T: Exponential>(power: T, n: T) -> T {
+fn scaled<T: Exponential>(power: T, n: T, sum: T) -> T {
     let half = n.mul_add(T::HALF, T::BIASED_ROUNDER);
-    let other_half = n - (half - T::BIASED_ROUNDER) + T::BIASED_ROUNDER;
-    power * half.power_of_two() * other_half.power_of_two()
+    power * half.power_of_two() * sum.power_of_two_without(half)
 }
 
 /// x + low − n·ln 2, where n is the integer nearest to x / ln 2. The first difference is exact by

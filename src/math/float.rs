@@ -36,6 +36,8 @@ pub trait Float:
     const ROUNDER: Self;
     /// [`Float::ROUNDER`] plus the exponent bias.
     const BIASED_ROUNDER: Self;
+    /// [`Float::ROUNDER`] plus twice the exponent bias.
+    const TWICE_BIASED_ROUNDER: Self;
 
     /// self · factor + addend, rounded once.
     fn mul_add(self, factor: Self, addend: Self) -> Self;
@@ -54,6 +56,9 @@ pub trait Float:
     fn sign_of_half_turns(self) -> Self;
     /// 2ⁿ, where self is [`Float::BIASED_ROUNDER`] + n and 2ⁿ is a normal number.
     fn power_of_two(self) -> Self;
+    /// 2^(n − m), where self is n more than [`Float::TWICE_BIASED_ROUNDER`] and `other` m more than
+    /// [`Float::BIASED_ROUNDER`].
+    fn power_of_two_without(self, other: Self) -> Self;
     /// (e, m) with self = 2ᵉ·m and √½ ≤ m < √2, for a normal positive number.
     fn exponent_and_significand(self) -> (Self, Self);
     /// 1/self to 0.3 % for a positive number far from overflow and underflow; something finite
@@ -76,6 +81,7 @@ macro_rules! float {
             const SMALLEST_NORMAL: Self = $float::MIN_POSITIVE;
             const ROUNDER: Self = $rounder;
             const BIASED_ROUNDER: Self = $rounder + $bias;
+            const TWICE_BIASED_ROUNDER: Self = $rounder + 2.0 * $bias;
 
             #[inline(always)]
             fn mul_add(self, factor: Self, addend: Self) -> Self {
@@ -116,6 +122,12 @@ macro_rules! float {
             #[inline(always)]
             fn power_of_two(self) -> Self {
                 Self::from_bits(self.to_bits() << ($float::MANTISSA_DIGITS - 1))
+            }
+
+            #[inline(always)]
+            fn power_of_two_without(self, other: Self) -> Self {
+                let difference = self.to_bits().wrapping_sub(other.to_bits());
+                Self::from_bits(difference << ($float::MANTISSA_DIGITS - 1))
             }
 
             /// The bits are moved so that the exponent field changes at √½ instead of 1. The
