@@ -37,24 +37,22 @@ fn main() {
     };
     // 7 operations a sphere: three differences, squares, two sums, a root, a difference, a minimum.
     let example = fields::spheres(636);
+    let words: Vec<String> = std::env::args().collect();
+    if let [_, word, name, what] = &words[..]
+        && word == CHILD
+    {
+        let tier = Tier::named(name).expect("the parent's tier");
+        println!("{}", kilobytes(&example, tier, what == GRADIENT));
+        return;
+    }
     println!(
         "a field of {} operations, kB in memory:\n",
         example.graph.len()
     );
     println!("| tier | F | F, F_x |\n| --- | ---: | ---: |");
-    for (name, tier) in Tier::ALL {
-        // What is kept for the thread and the process is made before.
-        drop(used(&example, tier, true));
-        let kilobytes = [false, true].map(|with_gradient| {
-            let before = resident().unwrap_or(0);
-            let held: Vec<CompiledField> = (0..HELD)
-                .map(|_| used(&example, tier, with_gradient))
-                .collect();
-            let after = resident().unwrap_or(0);
-            drop(held);
-            after.saturating_sub(before) / HELD as u64
-        });
-        println!("| {name} | {} | {} |", kilobytes[0], kilobytes[1]);
+    for (name, _) in Tier::ALL {
+        let [value, gradient] = [VALUE, GRADIENT].map(|what| in_a_process(name, what));
+        println!("| {name} | {value} | {gradient} |");
     }
     let small = fields::blobs(4);
     let cycle = |times: usize| {
@@ -67,6 +65,35 @@ fn main() {
     cycle(DROPPED);
     let after = resident().unwrap_or(0);
     println!("\n{DROPPED} fields compiled and dropped: {before} kB before, {after} kB after");
+}
+
+/// What a process is called with that measures one tier.
+const CHILD: &str = "--of";
+const VALUE: &str = "value";
+const GRADIENT: &str = "gradient";
+
+/// Kilobytes of one field, measured in a process of its own: in this one there may be memory that
+/// was freed, but not given back to the system.
+fn in_a_process(name: &str, what: &str) -> String {
+    let program = std::env::current_exe().expect("this program has a path");
+    let mut child = std::process::Command::new(program);
+    let output = child.args([CHILD, name, what]).output();
+    let output = output.expect("this program can be run");
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8_lossy(&output.stdout).trim().to_owned()
+}
+
+/// Kilobytes of one field among equal ones.
+fn kilobytes(example: &Example, tier: Tier, with_gradient: bool) -> u64 {
+    // What is kept for the thread and the process is made before, with what one field leaves free.
+    let first = used(example, tier, with_gradient);
+    let before = resident().unwrap_or(0);
+    let held: Vec<CompiledField> = (0..HELD)
+        .map(|_| used(example, tier, with_gradient))
+        .collect();
+    let after = resident().unwrap_or(0);
+    drop((first, held));
+    after.saturating_sub(before) / HELD as u64
 }
 
 /// A field that has been evaluated at a point and at a batch of them.
